@@ -19,6 +19,7 @@ from isomatch._cli import (
     SURFACES,
     TRANSFER_EXAMPLES,
     AsJson,
+    Failures,
     FileFormat,
     MatchFolder,
     MatchOutput,
@@ -53,6 +54,7 @@ from isomatch._cli import (
     takes,
     transfer,
     uploaded,
+    usable,
 )
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
@@ -131,11 +133,13 @@ def match(
         first = source
         if not names_prototype(source):
             first = uploaded(client, [source], as_json, repairs)[0].id
-        shapes = uploaded(client, targets, as_json, repairs)
+        failures = Failures(as_json)
+        given = usable(client, targets, failures, repairs)
         if folder is not None:
-            run_batch(client, first, shapes, targets, parameters, folder, as_json, wait)
+            run_batch(client, first, given, parameters, folder, as_json, wait)
+            failures.check()
             return
-        (second,) = shapes
+        ((_, second),) = given
         run(
             lambda: client.match(first, second, **parameters),
             as_json,
@@ -217,11 +221,14 @@ def upload(
     quiet: Quiet = False,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Upload meshes; the same file again costs nothing."""
+    """Upload meshes; the same file again costs nothing. One that cannot be read is named."""
+    if file_type is None and not all(Path(name or mesh).suffix for mesh in meshes):
+        message = "the name does not tell the format; give it, as in --file-type off"
+        raise typer.BadParameter(message, param_hint="MESHES")
     with connected(url, as_json) as client:
-        shapes = []
+        shapes, failures = [], Failures(as_json)
         for mesh in meshes:
-            with named_upload(mesh, as_json):
+            with failures.named(mesh), named_upload(mesh, as_json):
                 data = sys.stdin.buffer.read() if mesh == "-" else mesh
                 shapes.append(client.upload(data, name, file_type=file_type))
         if as_json:
@@ -233,6 +240,7 @@ def upload(
             for shape in shapes:
                 warnings = [f"{shape.name}: {text}" for text in shape.warnings]
                 render.print_warnings(warnings, render.standard_error())
+        failures.check()
 
 
 @app.command()

@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from solver.arrays import BoolArray, FloatArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import OptionError, TransferError
 from solver.transfer.overlap import FACES, VERTICES
 from solver.transfer.skinning import normalised_weights, strongest_weights
@@ -67,6 +67,10 @@ class Attribute:
 
 class Along(Protocol):
     """A map along which values are carried: a :class:`.PullBack` or an :class:`.Overlap`."""
+
+    @property
+    def reached(self) -> IntArray:
+        """Rows, by the user's numbers, that have an image."""
 
     def means(self, values: FloatArray) -> FloatArray:
         """Return weighted means of values."""

@@ -57,7 +57,7 @@ class Overlap:
             There are not n values.
         """
         self._check(values)
-        rows = self._rows
+        rows = self.reached
         totals: FloatArray = self.areas.sum(axis=1)[rows]
         sums = np.asarray(self.areas @ values)[rows]
         found: FloatArray = sums / totals.reshape(-1, *(1,) * (values.ndim - 1))
@@ -84,17 +84,18 @@ class Overlap:
         shares = sp.csr_array(self.areas @ of_label)
         row = np.repeat(np.arange(shares.shape[0]), np.diff(shares.indptr))
         by_share = np.lexsort((shares.indices, -shares.data, row))
-        found: Values = kinds[shares.indices[by_share[shares.indptr[self._rows]]]]
+        found: Values = kinds[shares.indices[by_share[shares.indptr[self.reached]]]]
         return found
 
     def spread(self, values: Values, missing: Any) -> Values:
         """Return values of all m rows, with others for those without an area."""
         found = np.full((self.areas.shape[0], *values.shape[1:]), missing, dtype=values.dtype)
-        found[self._rows] = values
+        found[self.reached] = values
         return found
 
     @property
-    def _rows(self) -> IntArray:
+    def reached(self) -> IntArray:
+        """Rows that have an area."""
         return np.flatnonzero(np.diff(self.areas.indptr))
 
     def _check(self, values: Values) -> None:

@@ -41,6 +41,11 @@ class PullBack:
         return cls(dense.source, dense.faces, dense.barycentric)
 
     @property
+    def reached(self) -> IntArray:
+        """Vertices of Y that have an image."""
+        return self.vertices
+
+    @property
     def rows(self) -> int:
         """Rows of values that are taken: one more than the greatest vertex number of X."""
         return int(self.corners.max(initial=-1)) + 1

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -26,10 +27,10 @@ from solver.arrays import FloatArray
 from solver.control import Control
 from solver.errors import OptionError, TransferError
 from solver.mesh import TriangleMesh
+from solver.mesh.textures import Paint
 from solver.transfer import (
     COLORS,
     COLORS_NAME,
-    CORNERS,
     FACES,
     VERTICES,
     Attribute,
@@ -102,7 +103,8 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
     dense = result_from_blob(packed).dense
     if dense is None or dense.inverse is None:
         raise OptionError("match", "it has no map in both directions; match again with `dense`")
-    carried, points = _outcome(payload, dense, dense.inverse, context, control)
+    found = _outcome(payload, dense, dense.inverse, context, control)
+    carried, points = found.attributes, found.points
     store.results.set_arrays(context.record.id, write_arrays(carried, points))
     source, target_record = store.shapes.records([payload.source, payload.target])
     return (
@@ -118,12 +120,21 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
             rows=len(carried[0].values) if carried else 0,
             attributes=tuple(map(summary_of, carried)),
             points=points,
-            warnings=_missing(carried),
+            warnings=found.warnings,
             timings={"total": time.perf_counter() - start},
         )
         .model_dump_json()
         .encode()
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Outcome:
+    """Carried attributes, or the images of landmarks."""
+
+    attributes: tuple[Attribute, ...] = ()
+    points: tuple[SurfacePoint, ...] | None = None
+    warnings: tuple[str, ...] = ()
 
 
 def _outcome(
@@ -132,22 +143,25 @@ def _outcome(
     inverse: InverseCorrespondence,
     context: JobContext,
     control: Control,
-) -> tuple[tuple[Attribute, ...], tuple[SurfacePoint, ...] | None]:
-    """Carried attributes, or the images of landmarks."""
+) -> _Outcome:
     shapes, forwards = context.store.shapes, payload.direction == "source_to_target"
     if payload.what == LANDMARKS:
         control.report("mapping the landmarks", 0.5)
         along = solver_map(dense, inverse, forwards=forwards)
-        return (), _images(payload.points, along, stored_mesh(payload.target, shapes))
+        points = _images(payload.points, along, stored_mesh(payload.target, shapes))
+        return _Outcome(points=points)
     # Each vertex takes the value at its image, so the map goes the other way.
     back = solver_map(dense, inverse, forwards=not forwards)
     if payload.what == TEXTURE:
         control.report("sampling the texture", 0.5)
-        return (_texture_colors(payload, back, context.store),), None
+        pixels = PullBack.along(back)
+        colors = _texture_colors(payload, back, pixels, context.store)
+        return _Outcome((colors,), warnings=_without_value(colors, pixels))
     if payload.what == UV:
         control.report("mapping the texture coordinates", 0.5)
         target = stored_mesh(payload.target, shapes)
-        return corner_attributes(target, carried_paint(payload.source, target, back, shapes)), None
+        paint = carried_paint(payload.source, target, back, shapes)
+        return _Outcome(corner_attributes(target, paint), warnings=_without_coordinates(paint))
     control.report("carrying the values", 0.5)
     source, target = stored_mesh(payload.source, shapes), stored_mesh(payload.target, shapes)
     asked = transfer.selected(_attributes(payload, context), payload.what, payload.names)
@@ -170,7 +184,7 @@ def _outcome(
                 else transfer.overlap_of(target, back, source, onto, of)
             )
         carried.append(transfer.carried(one, kind, ways[of], influences, onto))
-    return tuple(carried), None
+    return _Outcome(tuple(carried), warnings=_without_value(carried[-1], ways[of]))
 
 
 def _shared(on: Sequence[str | None]) -> str:
@@ -255,13 +269,15 @@ def _on(
 
 
 def _texture_colors(
-    payload: TransferPayload, back: registration.DenseCorrespondence, store: Store
+    payload: TransferPayload,
+    back: registration.DenseCorrespondence,
+    along: PullBack,
+    store: Store,
 ) -> Attribute:
     surface, paint = texture_of(payload.source, store.shapes)
     vertices = Landmarks(
         np.repeat(back.source[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(back.source), 1))
     )
-    along = PullBack.along(back)
     colors = along.spread(transfer.texture_colors(vertices, back, surface, paint), np.nan)
     return Attribute(COLORS_NAME, colors, CHANNELS)
 
@@ -299,18 +315,19 @@ def _images(
     )
 
 
-def _missing(carried: Sequence[Attribute]) -> tuple[str, ...]:
-    """How many rows have no value, if some have none."""
-    if not carried:
-        return ()
-    last = carried[-1]
-    first = last.values if last.values.ndim == 1 else last.values[:, 0]
-    if first.dtype.kind == "f":
-        count = int(np.isnan(first).sum())
-    else:
-        count = int((first == ("" if first.dtype.kind == "U" else -1)).sum())
-    if last.on == CORNERS:
-        missing = f"{count} corners of triangles have no texture coordinates"
-    else:
-        missing = f"{count} {last.on or VERTICES} of the file are not part of the surface"
-    return (missing,) if count else ()
+def _without_value(carried: Attribute, along: Along) -> tuple[str, ...]:
+    """How many rows have no value, and why, if some have none."""
+    of, rows = carried.on or VERTICES, len(carried.values)
+    warnings = []
+    if outside := rows - len(along.reached):
+        warnings.append(f"{outside} {of} of the file are not part of the mapped surface")
+    if carried.values.dtype.kind == "f":
+        reached = carried.values[along.reached].reshape(len(along.reached), -1)
+        if unknown := int(np.isnan(reached).any(axis=1).sum()):
+            warnings.append(f"{unknown} {of} have no value: what they correspond to has none")
+    return tuple(warnings)
+
+
+def _without_coordinates(paint: Paint) -> tuple[str, ...]:
+    count = 3 * int((paint.texture_of_face < 0).sum())
+    return (f"{count} corners of triangles have no texture coordinates",) if count else ()

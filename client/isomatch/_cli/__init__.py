@@ -9,7 +9,7 @@ from isomatch._cli.examples import (
     REGISTER_EXAMPLES,
     TRANSFER_EXAMPLES,
 )
-from isomatch._cli.exit_codes import EXIT_CODES, connected, leave
+from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected, leave
 from isomatch._cli.job_commands import jobs
 from isomatch._cli.job_runs import echo_models, run
 from isomatch._cli.landmark_command import landmarks
@@ -40,7 +40,7 @@ from isomatch._cli.prototype_commands import prototypes
 from isomatch._cli.register_command import register
 from isomatch._cli.serve import serve
 from isomatch._cli.transfer_command import transfer
-from isomatch._cli.uploads import class_of, named_upload, shape_name, uploaded
+from isomatch._cli.uploads import class_of, named_upload, shape_name, uploaded, usable
 
 __all__ = [
     "COMPARE_EXAMPLES",
@@ -54,6 +54,7 @@ __all__ = [
     "SURFACES",
     "TRANSFER_EXAMPLES",
     "AsJson",
+    "Failures",
     "FileFormat",
     "MatchFolder",
     "MatchOutput",
@@ -88,4 +89,5 @@ __all__ = [
     "takes",
     "transfer",
     "uploaded",
+    "usable",
 ]

@@ -72,8 +72,7 @@ class MatchFolder:
 def run_batch(
     client: Client,
     source: Shape | str,
-    shapes: Sequence[Shape],
-    targets: Sequence[str],
+    given: Sequence[tuple[str, Shape]],
     parameters: MatchParameters,
     output: MatchFolder,
     as_json: bool,
@@ -85,10 +84,10 @@ def run_batch(
     ----------
     client
         The connection.
-    source, shapes
-        The source and the targets, uploaded.
-    targets
-        The targets as they were given, which name the files.
+    source
+        The source, uploaded.
+    given
+        The targets as they were given, which name the files, and uploaded.
     parameters
         Of the matches.
     output
@@ -103,9 +102,10 @@ def run_batch(
     typer.Exit
         A match has failed, or its file could not be written; all others are there.
     """
+    targets = [target for target, _ in given]
 
     def start() -> Job[Batch]:
-        return client.match_many(source, shapes, **parameters)
+        return client.match_many(source, [shape for _, shape in given], **parameters)
 
     with cancelled_by_interrupt(start, client.base_url, as_json) as job:
         if not wait:

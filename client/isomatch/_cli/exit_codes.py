@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import Any, Final, NoReturn
 
 import typer
@@ -75,6 +76,40 @@ def leave(error: Exception, as_json: bool = False, file: str | None = None) -> N
     elif isinstance(error, JobFailed | JobCancelled):
         code = NO_RESULT
     raise typer.Exit(code) from None
+
+
+@dataclass(frozen=True)
+class Failures:
+    """What of a collection has failed, while the others go on.
+
+    Attributes
+    ----------
+    as_json
+        Report errors as JSON.
+    names
+        As they were given.
+    """
+
+    as_json: bool
+    names: list[str] = field(default_factory=list)
+
+    @contextmanager
+    def named(self, name: str) -> Iterator[None]:
+        """Report what fails, with its name; but without a service nothing can succeed."""
+        try:
+            try:
+                yield
+            except (ConnectionFailed, UnexpectedResponse, Unauthorized, BrokenPipeError):
+                raise
+            except (IsomatchError, OSError, ValueError) as error:
+                leave(error, self.as_json, name)
+        except typer.Exit:
+            self.names.append(name)
+
+    def check(self) -> None:
+        """Exit if anything has failed."""
+        if self.names:
+            raise typer.Exit(REFUSED)
 
 
 def by_options(error: InvalidRequest) -> str:

@@ -1,8 +1,8 @@
 """``isomatch landmarks``: landmarks of a collection of specimens, from one or several templates."""
 
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Generator, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Final
@@ -10,7 +10,7 @@ from typing import Annotated, Final
 import typer
 
 from isomatch._cli import render
-from isomatch._cli.exit_codes import REFUSED, connected, leave
+from isomatch._cli.exit_codes import Failures, connected
 from isomatch._cli.job_runs import echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
@@ -18,7 +18,6 @@ from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import uploaded
 from isomatch._clients import Client, LandmarkJob
-from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
 from isomatch._http import DEFAULT_URL
 from isomatch._landmarks import (
     CarriedLandmarks,
@@ -50,8 +49,8 @@ class _Collection:
         What they are matched with, and how.
     as_json
         Keep the standard output for JSON.
-    failed
-        Specimens that have no landmarks, by the names that were given.
+    failures
+        Specimens that have no landmarks.
     pending
         Jobs that were started and are not awaited yet, with these names.
     """
@@ -60,7 +59,7 @@ class _Collection:
     templates: Sequence[LandmarkTemplate]
     parameters: MatchParameters
     as_json: bool
-    failed: list[str] = field(default_factory=list)
+    failures: Failures
     pending: deque[tuple[str, LandmarkJob]] = field(default_factory=deque)
 
     def landmarks(self, specimens: Sequence[str]) -> Generator[tuple[str, CarriedLandmarks]]:
@@ -75,35 +74,22 @@ class _Collection:
                     count = len(specimens) - len(left) - len(self.pending) + 1
                     if not self.as_json:
                         typer.echo(f"{count} of {len(specimens)}: {specimen}", err=True)
-                    with self._goes_on(specimen):
+                    with self.failures.named(specimen):
                         yield specimen, job.result(progress=not self.as_json)
                     self.pending.popleft()
-                    if specimen in self.failed:
+                    if specimen in self.failures.names:
                         job.cancel()
         finally:
             for _, job in self.pending:
                 job.cancel()
 
     def _start(self, specimen: str) -> None:
-        with self._goes_on(specimen):
+        with self.failures.named(specimen):
             (shape,) = uploaded(self.client, [specimen], self.as_json)
             # The ids are known before a first Ctrl-C, so that the jobs can be cancelled.
             with interrupts_deferred():
                 job = self.client.landmarks(self.templates, shape, **self.parameters)
                 self.pending.append((specimen, job))
-
-    @contextmanager
-    def _goes_on(self, specimen: str) -> Iterator[None]:
-        """Report a specimen that fails; without a service none can succeed."""
-        try:
-            try:
-                yield
-            except (ConnectionFailed, UnexpectedResponse, Unauthorized, BrokenPipeError):
-                raise
-            except (IsomatchError, OSError, ValueError) as error:
-                leave(error, self.as_json, specimen)
-        except typer.Exit:
-            self.failed.append(specimen)
 
 
 def _more(given: list[str] | None) -> list[str]:
@@ -183,7 +169,8 @@ def landmarks(
         templates = [LandmarkTemplate(shape, one) for shape, one in zip(shapes, sets, strict=True)]
         folder.mkdir(exist_ok=True)
         output = LandmarkOutput(folder, file_format, coordinates)
-        running = _Collection(client, templates, parameters, as_json)
+        failures = Failures(as_json)
+        running = _Collection(client, templates, parameters, as_json, failures)
         with closing(running.landmarks(specimens)) as every:
             for specimen, found in every:
                 output.add(stem_of(specimen), found)
@@ -191,10 +178,9 @@ def landmarks(
             echo_models(document_of(name, found) for name, found in output.found.items())
         else:
             print_landmarks(output.found, render.standard_output())
-        if running.failed:
-            if not as_json:
-                typer.echo(f"isomatch: no landmarks for {', '.join(running.failed)}", err=True)
-            raise typer.Exit(REFUSED)
+        if failures.names and not as_json:
+            typer.echo(f"isomatch: no landmarks for {', '.join(failures.names)}", err=True)
+        failures.check()
 
 
 def _of_template(file: Path, shape: str, coordinates: CoordinateSystem) -> LandmarkSet:

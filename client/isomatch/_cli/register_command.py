@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from isomatch._cli import render
-from isomatch._cli.exit_codes import REFUSED, connected
+from isomatch._cli.exit_codes import REFUSED, Failures, connected
 from isomatch._cli.job_runs import interrupts_deferred
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given
 from isomatch._cli.registration_rendering import print_registration
-from isomatch._cli.uploads import shape_name, uploaded
+from isomatch._cli.uploads import shape_name, uploaded, usable
 from isomatch._clients import Client, Job
 from isomatch._http import DEFAULT_URL
 from isomatch._results import Registration
@@ -44,8 +44,10 @@ def register(
     """
     with connected(url, as_json) as client:
         (source,) = uploaded(client, [template], as_json)
-        shapes = uploaded(client, specimens, as_json)
-        names = [Path(shape_name(*one)).stem for one in zip(specimens, shapes, strict=True)]
+        failures = Failures(as_json)
+        given = usable(client, specimens, failures)
+        shapes = [shape for _, shape in given]
+        names = [Path(shape_name(*one)).stem for one in given]
         _check_names(names)
         files_given(folder, [PICTURE, ARRAYS, *(f"{name}.ply" for name in ("mean", *names))])
         job = _started(client, source.id, [one.id for one in shapes], scale, largest_component)
@@ -60,6 +62,7 @@ def register(
             typer.echo(found.to_json())
         else:
             print_registration(found, render.standard_output(), names)
+        failures.check()
         if not all(one.registered for one in found.specimens):
             raise typer.Exit(REFUSED)
 

@@ -123,12 +123,13 @@ def _match_and_values(client: Client, along: list[str], as_json: bool) -> tuple[
     meshes = shapes_given(along[:2])
     if len(meshes) < 2:
         raise typer.BadParameter("give the id of a match, or two meshes")
+    values = _values(along[2]) if len(along) > 2 else None
     source, target = uploaded(client, meshes, as_json)
     with cancelled_by_interrupt(
         lambda: client.match(source, target, dense=True), None, as_json
     ) as job:
         job.result(progress=not as_json)
-    return job.id, _values(along[2]) if len(along) > 2 else None
+    return job.id, values
 
 
 def _values(given: str) -> str:

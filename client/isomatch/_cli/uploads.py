@@ -2,7 +2,7 @@
 
 import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
@@ -10,7 +10,7 @@ from typing import Final
 import typer
 
 from isomatch._cli import render
-from isomatch._cli.exit_codes import leave
+from isomatch._cli.exit_codes import Failures, leave
 from isomatch._clients import Client
 from isomatch._errors import TooLarge, UnprocessablePrototype, UnprocessableShape
 from isomatch._models import Shape
@@ -34,16 +34,47 @@ def uploaded(
         Print nothing: JSON results contain the repairs.
     repairs
         Print the repairs; False if a result that contains them is printed.
+
+    Raises
+    ------
+    typer.Exit
+        Some cannot be used; all of them are named.
     """
-    shapes = []
+    failures = Failures(as_json)
+    found = usable(client, sources, failures, repairs)
+    failures.check()
+    return [shape for _, shape in found]
+
+
+def usable(
+    client: Client, sources: Sequence[str], failures: Failures, repairs: bool = True
+) -> list[tuple[str, Shape]]:
+    """Upload files and look up ids as :func:`uploaded` does; return those that can be used.
+
+    Parameters
+    ----------
+    client, sources, repairs
+        As there.
+    failures
+        Takes the others.
+
+    Raises
+    ------
+    typer.Exit
+        None can be used.
+    """
+    found = []
     for source in sources:
-        with named_upload(source, as_json):
-            shape = client.upload(source) if Path(source).is_file() else client.shape(source)
-        warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
-        if repairs and not as_json:
-            render.print_warnings(warnings, render.standard_error())
-        shapes.append(shape)
-    return shapes
+        with failures.named(source):
+            with named_upload(source, failures.as_json):
+                shape = client.upload(source) if Path(source).is_file() else client.shape(source)
+            warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
+            if repairs and not failures.as_json:
+                render.print_warnings(warnings, render.standard_error())
+            found.append((source, shape))
+    if not found:
+        failures.check()
+    return found
 
 
 @contextmanager

@@ -4,7 +4,7 @@ A column of an attribute of several is called ``NAME.COLUMN``, as in ``flow.x`` 
 ``weights.LeftArm``; those of colours ``red``, ``green``, ``blue`` and ``alpha``.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -66,6 +66,25 @@ def to_columns(attributes: Sequence[Attribute]) -> dict[str, Column]:
         else:
             columns[one.name] = one.values
     return columns
+
+
+def renamed(columns: Mapping[str, Column], taken: Collection[str]) -> dict[str, Column]:
+    """Return columns whose names differ from those that are taken: an underscore is appended.
+
+    Parameters
+    ----------
+    columns
+        By name.
+    taken
+        Names that a format has for its own.
+    """
+    found: dict[str, Column] = {}
+    for name, values in columns.items():
+        own = name
+        while own in taken or own in found or (own != name and own in columns):
+            own += "_"
+        found[own] = values
+    return found
 
 
 def column_names(attribute: Attribute) -> tuple[str, ...]:

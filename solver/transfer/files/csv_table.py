@@ -15,12 +15,13 @@ import numpy as np
 
 from solver.errors import TransferError
 from solver.transfer.attributes import Attribute
-from solver.transfer.files.columns import Column, from_columns, to_columns
+from solver.transfer.files.columns import Column, from_columns, renamed, to_columns
 from solver.transfer.files.limits import check_size
 from solver.transfer.overlap import CORNERS, FACES, VERTICES
 
 _NUMBERED: Final = {"vertex": VERTICES, "face": FACES}
 """Names of the column of numbers, and what is numbered."""
+_NUMBER_OF: Final = {VERTICES: "vertex", FACES: "face", CORNERS: "corner"}
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,18}\s*")
 _NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*")
 
@@ -66,14 +67,15 @@ def read_csv(data: bytes) -> list[Attribute]:
 def write_csv(attributes: Sequence[Attribute]) -> bytes:
     """Return attributes as a table, which :func:`read_csv` reads if rows are of vertices or faces.
 
-    All are of vertices, all of faces, or all of corners. Colours are bytes.
+    All are of vertices, all of faces, or all of corners. Colours are bytes. An attribute that is
+    called as the numbers of the rows are gets another name (:func:`.renamed`).
     """
-    columns = to_columns(attributes)
-    count = len(attributes[0].values)
+    on, count = attributes[0].on or VERTICES, len(attributes[0].values)
+    number = _NUMBER_OF[on]
+    columns = renamed(to_columns(attributes), [number] if on == CORNERS else _NUMBERED)
     stream = io.StringIO(newline="")
     writer = csv.writer(stream, lineterminator="\n")
-    numbered = {FACES: "face", CORNERS: "corner"}
-    writer.writerow([numbered.get(attributes[0].on or "", "vertex"), *columns])
+    writer.writerow([number, *columns])
     writer.writerows(zip(range(count), *(one.tolist() for one in columns.values()), strict=True))
     return stream.getvalue().encode()
 

@@ -26,7 +26,8 @@ def checked(attributes: Sequence[Attribute]) -> tuple[Attribute, ...]:
     Raises
     ------
     TransferError
-        There are none, or too many, or lengths differ among those of vertices or of faces.
+        There are none, or too many; lengths differ among those of vertices or of faces; one has no
+        name, or text that no file can hold.
     """
     if not attributes:
         raise TransferError("the file has no attributes of vertices or faces")
@@ -37,11 +38,25 @@ def checked(attributes: Sequence[Attribute]) -> tuple[Attribute, ...]:
                 f"{first.name!r} has {len(first.values)} rows, and {one.name!r} has"
                 f" {len(one.values)}; give a row for every vertex, or for every face"
             )
-        if any(len(name) > LONGEST_NAME for name in (one.name, *one.columns)):
-            raise TransferError(f"a name is longer than {LONGEST_NAME} characters")
+        _check_names(one)
     columns = sum(max(one.width, 1) for one in attributes)
     check_size(columns, max(len(one.values) for one in attributes))
     return tuple(attributes)
+
+
+def _check_names(one: Attribute) -> None:
+    names = (one.name, *one.columns)
+    if not all(names):
+        raise TransferError("an attribute, or a column of one, has no name")
+    if any(len(name) > LONGEST_NAME for name in names):
+        raise TransferError(f"a name is longer than {LONGEST_NAME} characters")
+    texts = np.unique(one.values).tolist() if one.is_text else []
+    try:
+        "".join([*names, *texts]).encode()
+    except UnicodeEncodeError as error:
+        # A surrogate alone: its name would be no text, either.
+        code = f"U+{ord(error.object[error.start]):04X}"
+        raise TransferError(f"names or labels have {code}, which is no character") from error
 
 
 def check_size(columns: int, rows: int) -> None:

@@ -14,6 +14,7 @@ from solver.transfer.files.limits import MOST_COLUMNS, MOST_VALUES, check_size, 
 
 _JOINTS: Final = "joints"
 _JOINT_NAMES: Final = "joint_names"
+_PLAIN: Final = "save arrays of numbers or text, as array.astype(str) or .astype(float)"
 _MOST_BYTES: Final = 2**28
 """Bytes of all arrays, unpacked."""
 
@@ -114,7 +115,7 @@ def _arrays(data: bytes) -> dict[str, npt.NDArray[Any]]:
     except Exception as error:  # readers of damaged archives raise anything
         reason = str(error) or type(error).__name__
         if "allow_pickle" in reason:
-            reason = "it has Python objects; save arrays of numbers or text"
+            reason = f"it has Python objects; {_PLAIN}"
         raise TransferError(f"the archive of arrays (.npz) cannot be read: {reason}") from error
 
 
@@ -122,6 +123,8 @@ def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
     """Refuse an array whose header promises more than its member holds, before it is allocated."""
     with archive.open(entry) as member:
         shape, kind = _header(member)
+    if kind.hasobject:
+        raise TransferError(f"{entry.filename[:100]!r} has Python objects; {_PLAIN}")
     size = kind.itemsize
     for length in shape:
         size *= length
@@ -160,6 +163,8 @@ def _values(name: str, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
         except UnicodeDecodeError as error:
             message = f"{name!r} is text that is not UTF-8; save an array of text (str)"
             raise TransferError(message) from error
+    if kind == "u":
+        raise TransferError(f"{name!r} has numbers beyond 2^63 - 1")
     raise TransferError(f"{name!r} is of type {array.dtype}; give numbers, or text in one column")
 
 

@@ -10,11 +10,15 @@ import numpy.typing as npt
 from solver.errors import MeshError, TransferError
 from solver.mesh.formats import ply_columns
 from solver.transfer.attributes import COLORS_NAME, Attribute
-from solver.transfer.files.columns import CHANNELS, from_columns, to_columns
+from solver.transfer.files.columns import CHANNELS, from_columns, renamed, to_columns
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES, VERTICES
 
-_GEOMETRY: Final = frozenset(("x", "y", "z", "nx", "ny", "nz", *CHANNELS))
+_PLACES: Final = ("x", "y", "z", "nx", "ny", "nz")
+_GEOMETRY: Final = frozenset((*_PLACES, *CHANNELS))
+_CORNERS: Final = "vertex_indices"
+_RESERVED: Final = frozenset((*_PLACES, "count", _CORNERS, "vertex_index"))
+"""Names of geometry, in this format and in the table of faces: attributes get others."""
 _TYPES: Final = {"u1": "uchar", "i4": "int", "f8": "double"}
 
 _WHOLE: Final = 2**53
@@ -50,7 +54,7 @@ def write_ply(surface: WrittenSurface) -> bytes:
     """Return a surface as little-endian binary PLY.
 
     Colours are bytes. Text becomes numbers, and comments of the form ``label NAME NUMBER TEXT`` say
-    which.
+    which. An attribute that is called as geometry is gets another name (:func:`.renamed`).
 
     Raises
     ------
@@ -66,9 +70,9 @@ def write_ply(surface: WrittenSurface) -> bytes:
     table = np.empty(len(surface.vertices), dtype=[*position, *_fields(vertex)])
     for axis, values in zip("xyz", surface.vertices.T, strict=True):
         table[axis] = values
-    corners = [("count", "u1"), ("corners", "<i4", (3,))]
+    corners = [("count", "u1"), (_CORNERS, "<i4", (3,))]
     faces = np.empty(len(surface.faces), dtype=[*corners, *_fields(face)])
-    faces["count"], faces["corners"] = 3, surface.faces
+    faces["count"], faces[_CORNERS] = 3, surface.faces
     for rows, columns in ((table, vertex), (faces, face)):
         for name, values in columns.items():
             rows[name] = values
@@ -80,7 +84,7 @@ def write_ply(surface: WrittenSurface) -> bytes:
         *(f"property double {axis}" for axis in "xyz"),
         *_properties(vertex),
         f"element face {len(faces)}",
-        "property list uchar int vertex_indices",
+        f"property list uchar int {_CORNERS}",
         *_properties(face),
         "end_header\n",
     ]
@@ -90,15 +94,15 @@ def write_ply(surface: WrittenSurface) -> bytes:
 def _columns(attributes: Sequence[Attribute], comments: list[str]) -> dict[str, npt.NDArray[Any]]:
     """Values by the name of their property, and comments added for text."""
     columns: dict[str, npt.NDArray[Any]] = {}
-    for name, values in to_columns(attributes).items():
-        written = "_".join(name.split())
+    named = {"_".join(name.split()): values for name, values in to_columns(attributes).items()}
+    for written, values in renamed(named, _RESERVED).items():
         if values.dtype.kind == "U":
             texts, values = np.unique(values, return_inverse=True)
             shown = (" ".join(text.split()) for text in texts.tolist())
             comments += [
                 f"comment label {written} {code} {text}" for code, text in enumerate(shown)
             ]
-        columns[written] = _stored(name, values)
+        columns[written] = _stored(written, values)
     return columns
 
 

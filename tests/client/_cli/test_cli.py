@@ -181,16 +181,42 @@ def test_the_file_that_is_refused_is_named(
 ) -> None:
     text = tmp_path / "letter.off"
     text.write_text("Dear reader,\n")
-    commands: list[list[str | Path]] = [["upload", blobs[0], text], ["match", text, blobs[1]]]
+    commands: list[list[str | Path]] = [
+        ["compare", blobs[0], text, blobs[1]],
+        ["match", text, blobs[1]],
+    ]
     for command in commands:
         done = run(*command, url=url)
         assert (done.returncode, done.stdout) == (1, "")
         assert done.stderr.splitlines()[-1].startswith(f"isomatch: {text}: not an OFF file")
-    problem = json.loads(run("upload", blobs[0], text, "--json", url=url).stderr)
+    done = run("upload", blobs[0], text, blobs[1], "--json", url=url)
+    problem = json.loads(done.stderr)
     assert (problem["file"], problem["status"]) == (str(text), 422)
+    # Others have their ids.
+    assert (done.returncode, len(json.loads(done.stdout))) == (1, 2)
     with text.open("rb") as file:
         piped = run("upload", "-", "--file-type", "off", url=url, stdin=file)
     assert piped.stderr.startswith("isomatch: the standard input: not an OFF file")
+
+
+def test_of_several_targets_one_is_refused_and_the_others_go_on(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    text, out = tmp_path / "letter.off", tmp_path / "out"
+    text.write_text("Dear reader,\n")
+    done = run("match", blobs[0], text, blobs[1], *QUICK, "-o", out, url=url)
+    assert done.returncode == 1
+    assert f"isomatch: {text}: not an OFF file" in done.stderr
+    assert [file.name for file in out.iterdir()] == [f"{blobs[1].stem}.json"]
+
+
+def test_a_file_of_values_is_missed_before_shapes_are_matched(
+    url: str, blobs: tuple[Path, Path]
+) -> None:
+    done = run("transfer", *blobs, "nothing.csv", "--what", "scalars", url=url)
+    assert done.returncode == 2
+    assert "there is no file 'nothing.csv'" in done.stderr
+    assert "succeeded" not in done.stderr
 
 
 def test_refusals_are_problem_documents_with_json(url: str, blobs: tuple[Path, Path]) -> None:

@@ -60,8 +60,11 @@ def test_the_command_writes_a_file_for_each_specimen(
     url: str, blobs: tuple[Path, Path], coarse: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    done = run("register", blobs[0], blobs[1], coarse, "-o", out, url=url)
+    text = tmp_path / "letter.off"
+    text.write_text("Dear reader,\n")
+    done = run("register", blobs[0], blobs[1], text, coarse, "-o", out, url=url)
     assert done.returncode == 1, done.stderr
+    assert f"isomatch: {text}: not an OFF file" in done.stderr
     assert "could not be registered" in " ".join(done.stdout.split())
     names = {path.name for path in out.iterdir()}
     assert names == {"b.ply", "mean.ply", "components.npz", "components.png"}

@@ -119,6 +119,28 @@ def test_labels_of_a_table(http: httpx2.Client, match: str, pair: tuple[str, str
     assert [row[1] for row in rows[1:]] == arrays_of(http, job)["part"].tolist()
 
 
+def test_values_that_are_missing_are_no_rows_without_partner(
+    http: httpx2.Client, match: str
+) -> None:
+    heights = np.where(np.arange(COUNT) < 9, np.nan, 1.0)
+    texts = np.where(np.arange(COUNT) % 2, "arm", "")
+    stream = io.BytesIO()
+    np.savez(stream, height=heights, part=np.full(COUNT, -1), name=texts)
+    uploaded = send(http, stream.getvalue(), "gaps.npz").json()["id"]
+    for what, warnings in (
+        ("labels", []),
+        ("scalars", ["9 vertices have no value: what they correspond to has none"]),
+    ):
+        job = carried(
+            http,
+            match,
+            attributes=uploaded,
+            what=what,
+            names=["part", "name"] if what == "labels" else ["height"],
+        )
+        assert http.get(job["links"]["result"]).json()["warnings"] == warnings
+
+
 def test_there_and_back_loses_nothing_on_a_copy(http: httpx2.Client, match: str) -> None:
     height = MESH.vertices[:, 1]
     first = send(http, archive(height=height), "h.npz").json()["id"]

@@ -222,6 +222,19 @@ def test_missing_values_are_read_again(file_type: str) -> None:
         np.testing.assert_array_equal(found[one.name].values, one.values)
 
 
+@pytest.mark.parametrize("file_type", ["csv", "ply"])
+def test_attributes_called_as_what_a_file_has_itself(file_type: str) -> None:
+    called = ("x", "x_", "nz", "vertex", "face", "count", "corners", "vertex_indices")
+    given_table = [Attribute(name, np.arange(3) + row) for row, name in enumerate(called)]
+    data = write_attributes(given_table, file_type, WrittenSurface.of(TRIANGLE, given_table))
+    found = read_attributes(data, file_type)
+    assert [one.values.tolist() for one in found] == [one.values.tolist() for one in given_table]
+    own = {"csv": ("vertex", "face"), "ply": ("x", "nz", "count", "vertex_indices")}[file_type]
+    for one, name in zip(found, called, strict=True):
+        assert one.name.rstrip("_") == name.rstrip("_")
+        assert (one.name != name) == (name in own)
+
+
 @pytest.mark.parametrize("text", ["vertex,a\n2,7\n0,5\n1,6\n", "a\n5\n6\n7\n", "a\r\n5\r\n6\r\n7"])
 def test_a_column_of_vertex_numbers_orders_the_rows(text: str) -> None:
     (found,) = read_attributes(text.encode(), "csv")
