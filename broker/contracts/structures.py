@@ -109,5 +109,6 @@ def by_name(names: Iterable[str]) -> Discriminator:
         tag,
         custom_error_type="structure_type",
         custom_error_message=f"Input should be one of {listed}, an object with one of these as"
-        " its `name` beside its parameters, or a list of such from the coarsest level on",
+        " its `name` beside its parameters; of a match also a list of such from the coarsest"
+        " level on",
     )

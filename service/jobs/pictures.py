@@ -16,10 +16,12 @@ from broker.contracts import (
     JobKind,
     JobRecord,
     MatchPayload,
+    Payload,
     PicturePayload,
     RegistrationPayload,
     RequestOrigin,
     View,
+    export_refusal,
     is_prototype,
     no_alternative,
 )
@@ -201,8 +203,9 @@ async def _presented(
     service, request = sender.service, sender.request
     picture = await run_in_threadpool(_made, service, payload)
     if picture is None:
-        await run_in_threadpool(_check, service, payload)
+        asked = await run_in_threadpool(_check, service, payload)
         if not body_wanted(request):
+            _refuse_format(asked, payload)
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
         order = RequestOrigin(sender.request_id, sender.caller)
         drawing = await run_in_threadpool(_submit_picture, service, payload, order)
@@ -224,8 +227,8 @@ def _made(service: Service, payload: PicturePayload) -> BinaryIO | None:
         return None
 
 
-def _check(service: Service, payload: PicturePayload) -> None:
-    """Refuse what cannot be made, before a worker is asked."""
+def _check(service: Service, payload: PicturePayload) -> Payload:
+    """Refuse what cannot be made, before a worker is asked; return what the job was asked for."""
     record = job_with_result(service, payload.job)
     if record.kind is not JobKind.MATCH:
         _refuse_options_of_matches(payload)
@@ -243,6 +246,16 @@ def _check(service: Service, payload: PicturePayload) -> None:
         # A table of vertices names shapes, and shows none.
         if payload.format != "csv":
             _check_match(service, record.payload)
+    return record.payload
+
+
+def _refuse_format(asked: Payload, payload: PicturePayload) -> None:
+    """Refuse a format as the worker does that is asked for the file."""
+    if payload.format == "png" or payload.specimen is not None:
+        return
+    message = export_refusal(asked, payload.format)
+    if message is not None:
+        raise InvalidRequest(INVALID, (FieldProblem(field="path.format", message=message),))
 
 
 def _refuse_options_of_matches(payload: PicturePayload) -> None:

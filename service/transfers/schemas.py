@@ -3,6 +3,7 @@
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
 
 from broker.contracts import (
     LANDMARKS,
@@ -18,6 +19,9 @@ from service.jobs import JobRequest
 from service.names import NamedId, showable
 
 _MATCH = "5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f"
+_TOLERANCE = 1e-3
+"""Greatest error of a sum of weights, as in the solver."""
+
 _FILE = "a-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f"
 
 
@@ -32,8 +36,16 @@ def _point_at_vertex(given: Any) -> Any:
     return given
 
 
+def _whole_point(point: SurfacePoint) -> SurfacePoint:
+    if abs(sum(point.weights) - 1.0) > _TOLERANCE:
+        raise PydanticCustomError("weights", "The sum of `weights` should be 1")
+    return point
+
+
 Point = Annotated[
-    SurfacePoint, BeforeValidator(_point_at_vertex, json_schema_input_type=int | SurfacePoint)
+    SurfacePoint,
+    BeforeValidator(_point_at_vertex, json_schema_input_type=int | SurfacePoint),
+    AfterValidator(_whole_point),
 ]
 AttributeName = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
 
@@ -124,6 +136,9 @@ class TransferRequest(JobRequest):
                 wrong[name] = f"not supported with {self.what!r}; leave it out, or change `what`"
         if self.influences is not None and self.what != "skinning":
             wrong["influences"] = "only skinning weights have influences; leave it out"
+        twice = next((one for one in self.names if self.names.count(one) > 1), None)
+        if twice is not None:
+            wrong["names"] = f"{twice[:40]!r} is there twice; give each name once"
         if self.on == "faces" and self.what == "skinning":
             wrong["on"] = "skinning weights are of vertices; leave it out"
         return wrong

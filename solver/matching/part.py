@@ -27,6 +27,19 @@ from solver.registration.partial import PartMap, register_part
 from solver.shape import Shape
 from solver.shape.choices import Geodesic
 
+_OF_WHOLES = (
+    "metric",
+    "descriptor",
+    "first_order_weight",
+    "third_order",
+    "orientation",
+    "coarse_points",
+    "level_factor",
+    "rho",
+    "alternatives",
+)
+"""Options of matches of wholes that parts do not have."""
+
 _OCCLUSION_COST = 0.25
 """Cost of a point without partner: that of distances to all others that are wrong by half of their
 root mean square."""
@@ -143,7 +156,7 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
     found = known.surfaces
     whole, part = _at_one_scale(found)
     source, target = (part, whole) if known.is_source else (whole, part)
-    options = _of_parts(options).settled(1.0)
+    given, options = options, _of_parts(options).settled(1.0)
     with control.stage("structures", 0.6):
         count = min(options.points, source.n_vertices, target.n_vertices)
         targets = min(count * options.oversampling, target.n_vertices)
@@ -152,7 +165,8 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
     best = certify(best, [level], control)
     proof = prove_over_samples([best], level, options, control)
     ids = source.mesh.vertex_ids, target.mesh.vertex_ids
-    report = report_match([best], [level], ids, too_few(count, options), control, proof)
+    warnings = (*too_few(count, options), *_without_effect(given))
+    report = report_match([best], [level], ids, warnings, control, proof)
     return replace(
         report,
         dense=found.dense(known.is_source) if options.dense else None,
@@ -169,6 +183,24 @@ def _of_parts(options: MatchOptions) -> MatchOptions:
         first_order_weight=0.0,
         third_order=0.0,
         occlusion_cost=_OCCLUSION_COST if cost is None else cost,
+    )
+
+
+def _without_effect(given: MatchOptions) -> tuple[str, ...]:
+    """Name the options that were given, and that parts do not have."""
+    usual = MatchOptions()
+    named = [
+        f"`{name}`"
+        for name in _OF_WHOLES
+        if getattr(given, name) != getattr(usual, name)
+        and not (name == "metric" and all(one == Geodesic() for one in given.metrics))
+    ]
+    if not named:
+        return ()
+    last = f"{', '.join(named[:-1])} and {named[-1]} have" if named[1:] else f"{named[0]} has"
+    return (
+        "a part is registered, and its points are matched near their images, at one level, by"
+        f" geodesic distance: {last} no effect",
     )
 
 

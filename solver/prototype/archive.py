@@ -113,6 +113,8 @@ def prototype_from_bytes(data: bytes) -> Prototype:
         return _prototype(about, arrays)
     except PrototypeError:
         raise
+    except KeyError as error:
+        raise PrototypeError(f"not a prototype: the archive lacks {error}") from error
     except Exception as error:  # readers of damaged archives raise anything
         raise PrototypeError(f"not a prototype: {error or type(error).__name__}") from error
 

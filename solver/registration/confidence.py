@@ -41,6 +41,7 @@ MISFIT = "large parts of the surfaces do not fit one another"
 REFLECTED = (
     "only the mirror image of the source fits: one of the two seems to be reflected in space"
 )
+LITTLE = "little of the surfaces has a partner, and a small patch fits in many places"
 UNFINISHED = "the time limit ended the search"
 
 

@@ -100,20 +100,20 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
     packed = store.results.document(payload.match)
     if packed is None:
         raise ResultGone("the result of the match has expired; match again")
-    dense = result_from_blob(packed).dense
+    match = result_from_blob(packed)
+    dense, names = match.dense, {match.source: match.source_name, match.target: match.target_name}
     if dense is None or dense.inverse is None:
         raise OptionError("match", "it has no map in both directions; match again with `dense`")
     found = _outcome(payload, dense, dense.inverse, context, control)
     carried, points = found.attributes, found.points
     store.results.set_arrays(context.record.id, write_arrays(carried, points))
-    source, target_record = store.shapes.records([payload.source, payload.target])
     return (
         TransferResult(
             match=payload.match,
             source=payload.source,
             target=payload.target,
-            source_name=None if source is None else source.name,
-            target_name=None if target_record is None else target_record.name,
+            source_name=names[payload.source],
+            target_name=names[payload.target],
             what=payload.what,
             direction=payload.direction,
             on=_on(carried, payload),

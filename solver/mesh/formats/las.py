@@ -61,7 +61,7 @@ def read_las(data: bytes) -> TriangleSoup:
                 )
             points: Any = reader.read()
             places = np.ascontiguousarray(points.xyz, dtype=np.float64)
-    except (laspy.LaspyException, LazrsError, ValueError, OverflowError) as error:
+    except (laspy.LaspyException, LazrsError, ValueError, OverflowError, struct.error) as error:
         raise MeshError(f"not a LAS file, or a damaged one: {error}") from error
     if len(places) != promised:
         raise MeshError(

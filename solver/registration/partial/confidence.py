@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from solver.registration.confidence import (
+    LITTLE,
     Confidence,
     margin_of,
     measured_margin,
@@ -27,8 +28,13 @@ generated pairs are right. Wrong answers fit as well as right ones, so that only
 without any, right and wrong ones are as probable, and only answers of the greatest are sure."""
 
 
+_COVERED = 0.25
+"""Share of both areas below which the probability falls with it: all that it was fitted to cover
+more, and any small patch fits somewhere."""
+
+
 def part_confidence(
-    fits: Sequence[RefinedPartFit], entire: bool = True, complete: bool = True
+    fits: Sequence[RefinedPartFit], covered: float, entire: bool = True, complete: bool = True
 ) -> Confidence:
     """Confidence in the first of some registrations that differ.
 
@@ -36,6 +42,8 @@ def part_confidence(
     ----------
     fits
         The best first.
+    covered
+        Share of the area that has a partner, of the surface that has less.
     entire
         Whether every point of the part has a partner.
     complete
@@ -53,4 +61,7 @@ def part_confidence(
     # Where nothing overlaps, there is no answer that could be right.
     probability = probability_of(measures, weights, intercept) if best.share else 0.0
     reasons = reasons_for_doubt(probability, margin, complete)
+    if covered < _COVERED:
+        probability *= covered / _COVERED
+        reasons = (LITTLE, *reasons)
     return Confidence(probability, reasons, MappingProxyType(measures))

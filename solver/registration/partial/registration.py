@@ -130,5 +130,10 @@ def register_part(
         chosen.back,
         chosen.part_covered,
         chosen.part_share,
-        part_confidence([one.fit for one in refined], entire, complete=not control.expired),
+        part_confidence(
+            [one.fit for one in refined],
+            min(chosen.share, chosen.part_share),
+            entire,
+            complete=not control.expired,
+        ),
     )

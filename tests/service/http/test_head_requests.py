@@ -84,6 +84,7 @@ def test_head_of_a_picture_that_cannot_be_drawn(
         (f"{matched['links']['picture']}?alternative=33", 422),
         (gone["links"]["picture"], 410),
         ("/v1/jobs/nobody/result.png", 404),
+        (f"{matched['links']['self']}/result.zip", 409),
     ):
         get, head = http.get(picture), http.head(picture)
         assert head.status_code == get.status_code == status, picture
@@ -124,3 +125,8 @@ def test_head_where_nothing_is_got(http: httpx2.Client, server: EmbeddedServer) 
     ):
         assert stranger.head("/v1/shapes").status_code == 401
         assert stranger.head("/health/live").status_code == 200
+
+
+def test_head_of_a_format_that_needs_a_dense_map(http: httpx2.Client, matched: Json) -> None:
+    path = f"{matched['links']['self']}/result.ply"
+    assert http.head(path).status_code == http.get(path).status_code == 422

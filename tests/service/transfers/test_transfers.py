@@ -319,6 +319,11 @@ def test_texture_coordinates_with_and_without_the_image(
         ({"what": "textures"}, "body.what"),
         ({"what": "labels", "direction": "back"}, "body.direction"),
         ({"what": "landmarks", "points": [-1]}, "body.points.0"),
+        (
+            {"what": "landmarks", "points": [3, {"vertices": [0, 1, 2], "weights": [1, 1, 1]}]},
+            "body.points.1",
+        ),
+        ({"what": "labels", "names": ["a", "b", "a"]}, "body.names"),
         ({}, "body.what"),
         ({"what": "labels", "attributes": 7}, "body.attributes"),
         ({"what": "labels", "colour": 7}, "body.colour"),

@@ -170,6 +170,17 @@ def test_fewer_points_than_asked_for_are_said(whole: Shape, half: tuple[Shape, I
     assert any(f"only {few.n_vertices} points could be matched" in one for one in found.warnings)
 
 
+def test_options_that_parts_do_not_have_are_named(
+    whole: Shape, half: tuple[Shape, IntArray]
+) -> None:
+    given = MatchOptions(
+        points=8, partial="source", third_order=0.1, metric=("geodesic",), descriptor=("none",)
+    )
+    (warning,) = match(half[0], whole, given).warnings
+    assert "at one level" in warning
+    assert warning.endswith("`descriptor` and `third_order` have no effect")
+
+
 def test_nothing_is_looked_for_that_is_not_wanted(
     whole: Shape, without_leg: tuple[Shape, IntArray]
 ) -> None:

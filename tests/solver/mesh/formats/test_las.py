@@ -103,6 +103,13 @@ def test_more_records_than_the_file_can_hold_are_refused_before_they_are_read() 
             read_las(bytes(data))
 
 
+def test_a_header_of_an_unknown_version_is_refused() -> None:
+    data = bytearray(written(SPHERE.vertices))
+    data[24:26] = 9, 9
+    with pytest.raises(MeshError, match="not a LAS file, or a damaged one"):
+        read_mesh(bytes(data), "las")
+
+
 def empty() -> bytes:
     stream = io.BytesIO()
     laspy.LasData(laspy.LasHeader(point_format=0, version="1.2")).write(stream)

@@ -137,6 +137,7 @@ HOSTILE: dict[str, tuple[str, bytes, str]] = {
     "infinity": ("csv", b"a\n1.5\ninf\n", "row 1 is 'inf'"),
     "underscores": ("csv", b"a\n1.5\n1_0\n", "row 1 is '1_0'"),
     "gaps": ("csv", b"a,b\n ,1\n ,2\n", "'a' is empty in all rows"),
+    "semicolons": ("csv", b"a;b\n1,5;2,5\n", "separated by commas"),
     "ragged": ("csv", b"a,b\n1,2\n3\n", "row 1 has 1 values"),
     "twice": ("csv", b"a,a\n1,2\n", "different name"),
     "vertices": ("csv", b"vertex,a\n0,1\n0,2\n", "each number from 0 once"),
