@@ -1,5 +1,6 @@
 """The queue in RQ. Jobs name the function that runs them, so the API need not import it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -81,13 +82,27 @@ class RqQueues:
 
     def position(self, record: JobRecord) -> int | None:
         """Return the number of jobs before a queued one; None once it has started."""
-        job_id, served_before = _first_queued(record), 0
-        for queue in self.all():
-            place = queue.get_job_position(job_id)
-            if place is not None:
-                return served_before + int(place)
-            served_before += queue.count
-        return None
+        return self.positions([record])[0]
+
+    def positions(self, records: Sequence[JobRecord]) -> list[int | None]:
+        """Return the positions of several jobs, in one round trip."""
+        queues = self.all()
+        with self.client.pipeline(transaction=False) as pipe:
+            for queue in queues:
+                pipe.llen(queue.key)
+                for record in records:
+                    pipe.lpos(queue.key, _first_queued(record))
+            replies = iter(pipe.execute())
+        found: list[int | None] = [None] * len(records)
+        served_before = 0
+        for _ in queues:
+            length = next(replies)
+            for number in range(len(records)):
+                place = next(replies)
+                if found[number] is None and place is not None:
+                    found[number] = served_before + int(place)
+            served_before += length
+        return found
 
     def waiting(self) -> int:
         """Return the number of jobs that wait in all queues."""

@@ -98,7 +98,7 @@ def list_jobs(
     only = None if kind is None else JobKind(kind)
     page = page_of(lambda: service.store.jobs.page(limit, cursor, state, only, shape))
     return JobPage(
-        items=tuple(Job.of(record, service.queue) for record in page.items),
+        items=Job.several(page.items, service.queue),
         next_cursor=page.next_cursor,
     )
 

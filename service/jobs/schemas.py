@@ -1,5 +1,6 @@
 """Jobs as the API shows them."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Final, Literal, Self
 from urllib.parse import urlsplit
@@ -147,10 +148,22 @@ class Job(BaseModel):
     @classmethod
     def of(cls, record: JobRecord, queue: JobQueue) -> Self:
         """Return a stored job as the API shows it."""
+        return cls.several([record], queue)[0]
+
+    @classmethod
+    def several(cls, records: Sequence[JobRecord], queue: JobQueue) -> tuple[Self, ...]:
+        """Return stored jobs as the API shows them."""
+        queued = [record for record in records if record.state is JobState.QUEUED]
+        served = bool(queued) and queue.any_worker()
+        positions = queue.rq.positions(queued) if queued else []
+        place = {one.id: known for one, known in zip(queued, positions, strict=True)}
+        return tuple(cls._of(record, place.get(record.id), served) for record in records)
+
+    @classmethod
+    def _of(cls, record: JobRecord, position: int | None, served: bool) -> Self:
         path = f"/v1/jobs/{record.id}"
         has_result = record.kind.has_result
         error, subject = record.error, subject_of(record.payload)
-        position = queue.rq.position(record) if record.state is JobState.QUEUED else None
         return cls(
             id=record.id,
             kind=record.kind,
@@ -167,7 +180,7 @@ class Job(BaseModel):
             started=record.started,
             ended=record.ended,
             position=position,
-            waiting_for=_waiting_for(record, position, queue),
+            waiting_for=_waiting_for(record, position, served),
             error=None if error is None else error.model_copy(update={"instance": path}),
             caller=record.caller,
             webhook=_webhook(record),
@@ -184,11 +197,11 @@ class Job(BaseModel):
 
 
 def _waiting_for(
-    record: JobRecord, position: int | None, queue: JobQueue
+    record: JobRecord, position: int | None, served: bool
 ) -> Literal["worker", "turn"] | None:
     if record.state is not JobState.QUEUED:
         return None
-    if not queue.any_worker():
+    if not served:
         return "worker"
     # A worker has taken it from the queue, and is about to begin.
     return None if position is None else "turn"

@@ -193,9 +193,9 @@ def load_shape(
         Through `control`.
     """
     spectra = context.store.spectra
-    key, whole = spectrum_of_shape(payload.parameters, shape, context.store.shapes)
+    key = spectrum_of_shape(payload.parameters, shape, context.store.shapes)
     with attributed_to(field):
-        mesh = mesh_of(key, whole, spectra)
+        mesh = mesh_of(key, shape, context.store)
         if not payload.needs_spectrum:
             return MatchInput(mesh, None)
         return MatchInput(mesh, spectrum_of(key, mesh, spectra, context.runner, control))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from broker.contracts import SpectrumKey, SpectrumParameters, spectrum_key
-from broker.store import Shapes, Spectra
+from broker.store import Shapes, Store
 from solver.arrays import IntArray
 from solver.mesh import TriangleMesh, largest_component, simplified
 from worker.jobs.failures import ShapeGone
@@ -69,41 +69,47 @@ def stored_mesh(shape: str, shapes: Shapes) -> TriangleMesh:
     return mesh_from_bytes(stored)
 
 
-def spectrum_of_shape(
-    parameters: SpectrumParameters, shape: str, shapes: Shapes
-) -> tuple[SpectrumKey, TriangleMesh]:
-    """Return the key of a shape's spectrum, and the shape's whole mesh.
+def spectrum_of_shape(parameters: SpectrumParameters, shape: str, shapes: Shapes) -> SpectrumKey:
+    """Return the key of a shape's spectrum.
 
     Raises
     ------
     ShapeGone
         The shape was deleted.
     """
-    record, whole = shapes.get(shape), stored_mesh(shape, shapes)
+    record = shapes.get(shape)
     if record is None:
         raise ShapeGone(shape)
-    return spectrum_key(parameters, record), whole
+    return spectrum_key(parameters, record)
 
 
-def mesh_of(key: SpectrumKey, whole: TriangleMesh, spectra: Spectra) -> TriangleMesh:
+def mesh_of(key: SpectrumKey, shape: str, store: Store) -> TriangleMesh:
     """Return the mesh whose spectrum a key names; a simplified mesh is cached.
 
     Parameters
     ----------
     key
         Key of the spectrum.
-    whole
-        The shape's mesh.
-    spectra
-        The cache.
+    shape
+        Id of the shape.
+    store
+        Its store, with the cache.
+
+    Raises
+    ------
+    ShapeGone
+        The shape was deleted.
     """
-    if key.simplify is None:
-        return largest_component(whole) if key.largest_component else whole
-    cached = spectra.get(key.mesh_name)
-    if cached is not None:
-        return mesh_from_bytes(cached)
-    mesh = simplified(largest_component(whole) if key.largest_component else whole, key.simplify)
-    spectra.put(key.mesh_name, mesh_to_bytes(mesh))
+    if key.simplify is not None:
+        cached = store.spectra.get(key.mesh_name)
+        if cached is not None:
+            return mesh_from_bytes(cached)
+    mesh = stored_mesh(shape, store.shapes)
+    if key.largest_component:
+        mesh = largest_component(mesh)
+    if key.simplify is not None:
+        mesh = simplified(mesh, key.simplify)
+        store.spectra.put(key.mesh_name, mesh_to_bytes(mesh))
     return mesh
 
 

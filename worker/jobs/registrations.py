@@ -281,8 +281,7 @@ def _failed(shape: str, name: str | None, reason: str) -> SpecimenReport:
 
 
 def _matched_mesh(shape: str, payload: MatchPayload, store: Store) -> TriangleMesh:
-    key, whole = spectrum_of_shape(payload.parameters, shape, store.shapes)
-    return mesh_of(key, whole, store.spectra)
+    return mesh_of(spectrum_of_shape(payload.parameters, shape, store.shapes), shape, store)
 
 
 def _arrays(

@@ -69,14 +69,14 @@ def compute_signature(
         Through `control`.
     """
     shape, parameters, spectra = payload.shapes[place], payload.parameters, context.store.spectra
-    key, whole = spectrum_of_shape(parameters, shape, context.store.shapes)
+    key = spectrum_of_shape(parameters, shape, context.store.shapes)
     cached = spectra.get(parameters.signature_name(key))
     if cached is not None and _suits(cached, parameters.points):
         return cached
     field = f"shapes.{place}"
     try:
         with attributed_to(field):
-            mesh = mesh_of(key, whole, spectra)
+            mesh = mesh_of(key, shape, context.store)
             spectrum = spectrum_of(key, mesh, spectra, context.runner, control)
             solid = Shape(mesh, spectrum, eigenpairs=parameters.eigenpairs)
             found = signature(solid, options_of(SimilarityOptions, parameters)).to_bytes()

@@ -15,7 +15,7 @@ from solver.shape import Shape
 from solver.shape.laplacian import Spectrum, spectrum_memory
 from worker.jobs.context import JobContext
 from worker.jobs.failures import TooLarge
-from worker.jobs.meshes import mesh_of, stored_mesh
+from worker.jobs.meshes import mesh_of
 
 LEASE: Final = 20.0
 """Seconds after which the lock of a process that no longer renews it expires."""
@@ -39,7 +39,7 @@ def compute_spectrum(payload: SpectrumPayload, context: JobContext) -> None:
     try:
         if not spectra.has(key) and not spectra.locked(key):
             control.report("spectrum", 0.0)
-            mesh = mesh_of(key, stored_mesh(payload.shape, context.store.shapes), spectra)
+            mesh = mesh_of(key, payload.shape, context.store)
             spectrum_of(key, mesh, spectra, context.runner, control)
     finally:
         spectra.unmark_queued(key)
