@@ -30,7 +30,7 @@ half the weight is on the side of doubt: a fit to 23 such answers, of which six 
 35."""
 
 SURE = 0.9
-"""Probability from which no reason for doubt is given, and nothing more is searched."""
+"""Probability from which no reason for doubt is given."""
 
 CLOSE = 0.25
 """Difference of scores below which another correspondence fits nearly as well: on generated pairs,

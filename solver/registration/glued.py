@@ -20,7 +20,7 @@ from solver.registration.candidates import Points
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
 from solver.registration.confidence import Confidence, margin_of, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases, torn_off
-from solver.registration.reduction import FEW, ReducedTask, reduction, whole_maps
+from solver.registration.reduction import FEW_VERTICES, ReducedTask, reduction, whole_maps
 from solver.registration.refinement import (
     FEWER_ROUNDS,
     LEAST_TORN_OFF,
@@ -115,7 +115,7 @@ class OpenedCandidate:
             The source's Laplacian cannot be factored.
         """
         ours, theirs = (one.shape for one in self.openings)
-        few = ReducedTask.of(ours, theirs, self.task, FEW)
+        few = ReducedTask.of(ours, theirs, self.task, FEW_VERTICES)
         return refine_on_few(few, self.candidate, control)
 
     @cached_property
@@ -134,7 +134,7 @@ class OpenedCandidate:
             refined = mend(self.on_few(Control()), Control(), FEWER_ROUNDS)
         except MeshError:
             return images
-        ours, theirs = (reduction(one.shape, FEW) for one in self.openings)
+        ours, theirs = (reduction(one.shape, FEW_VERTICES) for one in self.openings)
         return self._map.images(start=theirs.vertices[refined.images[ours.places]])
 
 

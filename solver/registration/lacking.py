@@ -13,12 +13,12 @@ from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import FINE, Task, choose, mapped
 from solver.registration.glued import OpenedCandidate
 from solver.registration.opening import Opening
-from solver.registration.reduction import FEW, ReducedTask, reduction
+from solver.registration.reduction import FEW_VERTICES, ReducedTask, reduction
 from solver.registration.refinement import RefinedCandidate, refine_on_few
 from solver.registration.surface_map import places
 from solver.shape import Shape
 
-NEAR = 0.03
+RETURN_DISTANCE = 0.03
 """Distance over √area within which the image of a point's image is near it: of parts, between 0.02
 and 0.05, the F1 score of vertices without a partner changes by two hundredths."""
 
@@ -78,14 +78,14 @@ def share_lacking(
     forward, back = found.forward[1:], found.back[1:]
     positions = surface.mesh.vertices
     returned = places(places(positions, surface, *back), target, *forward)
-    far = np.linalg.norm(returned - positions, axis=1) >= NEAR
+    far = np.linalg.norm(returned - positions, axis=1) >= RETURN_DISTANCE
     beyond = ~here & ~inside(target.mesh, there, *forward)
     return surface.share_of_area(far | beyond)
 
 
 def _few_on_boundary(shape: Shape, opening: Opening) -> BoolArray:
     """Which of the few vertices that are left of an opened shape lie on the shape's boundary."""
-    few = reduction(opening.shape, FEW)
+    few = reduction(opening.shape, FEW_VERTICES)
     of_shape = shape.mesh.on_boundary[opening.vertices[few.vertices]]
     return np.asarray(few.shape.mesh.on_boundary & of_shape)
 

@@ -20,11 +20,11 @@ from solver.registration.opening import VertexMaps
 from solver.registration.surface import Samples
 from solver.shape import Shape
 
-LEFT = 10_000
+MANY_VERTICES = 10_000
 """Vertices that surfaces are simplified to: their edges are some 0.01 √area long, half of the
 length over which a displaced surface is rigid."""
 
-FEW = 1_000
+FEW_VERTICES = 1_000
 """Vertices that are enough to tell which candidates may be the best once refined."""
 
 _SPARED = 1.5
@@ -75,9 +75,9 @@ def reduction(shape: Shape, left: int | None = None) -> Reduction:
     shape
         The shape.
     left
-        Vertices that it is simplified to, :data:`LEFT` by default.
+        Vertices that it is simplified to, :data:`MANY_VERTICES` by default.
     """
-    left = left or LEFT
+    left = left or MANY_VERTICES
     if shape.n_vertices <= _SPARED * left:
         # Not kept: it would keep the shape.
         return Reduction.of(shape, left)
@@ -109,7 +109,7 @@ class ReducedTask:
 
     @classmethod
     def of(cls, source: Shape, target: Shape, task: Task, left: int) -> "ReducedTask":
-        """Reduce the surfaces of a task, and leave out its landmarks.
+        """Reduce the surfaces of a task, without its landmarks; the task where both have few.
 
         Parameters
         ----------

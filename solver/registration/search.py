@@ -31,7 +31,7 @@ from solver.registration.confidence import (
     refined_confidence,
 )
 from solver.registration.crossing import Crossed, cross
-from solver.registration.reduction import FEW, LEFT, ReducedTask
+from solver.registration.reduction import FEW_VERTICES, MANY_VERTICES, ReducedTask
 from solver.registration.refinement import refine_on
 from solver.registration.surface import Samples
 
@@ -109,13 +109,13 @@ def search(
     if control.expired or (known.probability >= _BEYOND_DOUBT and not has_rivals(found)):
         return Found(tuple(found), known)
     try:
-        further = _FurtherSearch(task, reduced(FEW), known, control)
+        further = _FurtherSearch(task, reduced(FEW_VERTICES), known, control)
         best = best_compared(further.run(coarse, [*found, *halfway], hypotheses, others=others))
         margin = margin_of([one.fit.score for one in best])
         said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
         if margin < CLOSE and said.probability < SURE and not control.expired:
             control.report(STAGE, 0.8)
-            among = _choice_of_rivals(best, reduced(LEFT), control)
+            among = _choice_of_rivals(best, reduced(MANY_VERTICES), control)
             best, margin = among or (best, margin)
             said = refined_confidence(
                 known,

@@ -29,7 +29,7 @@ needed. Nesterov, "A method of solving a convex programming problem with converg
 1983.
 """
 
-_NEAR = Weights(spectrum=0.0, space=LOCAL.space, normals=LOCAL.normals)
+_WITHOUT_SPECTRUM = Weights(spectrum=0.0, space=LOCAL.space, normals=LOCAL.normals)
 """Of the embedding beyond the eigenfunctions: with spectral coordinates, errors are 5 % more."""
 
 
@@ -186,8 +186,8 @@ class SurfaceMap:
         positions
             (V, 3) vertices of the source.
         """
-        found = replace(self, positions=positions, weights=_NEAR)
-        if self.weights is _NEAR:
+        found = replace(self, positions=positions, weights=_WITHOUT_SPECTRUM)
+        if self.weights is _WITHOUT_SPECTRUM:
             vars(found)["_target_embedded"] = self._target_embedded
         return found
 

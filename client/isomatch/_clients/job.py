@@ -192,7 +192,9 @@ class Job(RecordedJob, Generic[ResultT]):
         self._transport.run(results.save(self._record, path))
 
     def save_arrays(self, path: str | os.PathLike[str]) -> None:
-        """Write the arrays of the result, in full precision, to a NumPy file, ``.npz``.
+        """Write the arrays of the result to a NumPy file, ``.npz``.
+
+        In full precision, but for the barycentric coordinates of dense maps, of four decimals.
 
         Raises
         ------

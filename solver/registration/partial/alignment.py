@@ -39,7 +39,7 @@ _SPECTRAL_RIDGE = 0.01
 _LEAST = 1e-6
 """Least ridge, which keeps the equations regular."""
 
-NEAR = 0.1
+PARTNER_DISTANCE = 0.1
 """Distance over √area of the whole within which a point's partner's partner is near it."""
 
 _RANK = 0.6
@@ -198,7 +198,7 @@ def find_pairs(
     alignment: Alignment,
     scale: float,
     weights: Weights,
-    near: float = NEAR,
+    near: float = PARTNER_DISTANCE,
 ) -> PartPairs:
     """Nearest neighbours in the embedding: of a part, or of both surfaces that overlap.
 

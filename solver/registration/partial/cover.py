@@ -4,7 +4,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, IntArray
 from solver.mesh.repair import components_of
-from solver.registration.lacking import NEAR, inside
+from solver.registration.lacking import RETURN_DISTANCE, inside
 from solver.registration.surface import SmoothSurface
 from solver.registration.surface_map import Images, SurfaceMap, places
 
@@ -27,7 +27,7 @@ def covered_by_part(known: SurfaceMap, images: IntArray, back: IntArray) -> Bool
     apart = np.linalg.norm(positions - positions[back[images]], axis=1)
     part = known.target.mesh
     met = inside(part, part.on_boundary, *known.on_triangles(images))
-    return np.asarray((apart < NEAR) & met)
+    return np.asarray((apart < RETURN_DISTANCE) & met)
 
 
 def covered_by_overlap(
@@ -64,7 +64,7 @@ def covered_by_whole(known: SurfaceMap, images: IntArray, back: Images, scale: f
     around = np.linalg.norm(positions - positions[images[vertices]], axis=1)
     there = places(known.positions, known.source, faces, barycentric)
     apart = np.linalg.norm(there - positions, axis=1)
-    near = (around < NEAR * scale) & (apart < _APART * scale)
+    near = (around < RETURN_DISTANCE * scale) & (apart < _APART * scale)
     whole = known.source.mesh
     met = inside(whole, whole.on_boundary, faces, barycentric)
     return largest_patch(known.target, np.asarray(near & met))

@@ -20,10 +20,10 @@ from solver.registration.partial.alignment import (
 )
 from solver.registration.surface import Samples, SmoothSurface
 
-_NEAR = 0.05
+_FIT_DISTANCE = 0.05
 """Distance over √area of the whole within which a point's partner's partner is near it, where the
-fit of surfaces that overlap is measured. With `NEAR`, more wrong candidates cover as much as right
-ones."""
+fit of surfaces that overlap is measured. With `PARTNER_DISTANCE`, more wrong candidates cover as
+much as right ones."""
 
 _OCCLUSION = -5.0
 _REFINED_OCCLUSION = -10.0
@@ -89,7 +89,7 @@ def measure_part_fit(
     scale
         √area of the whole in the part's unit.
     """
-    pairs = find_pairs(whole, part, alignment, scale, IN_SPACE, _NEAR)
+    pairs = find_pairs(whole, part, alignment, scale, IN_SPACE, _FIT_DISTANCE)
     back = pairs.back[pairs.met]
     if not len(back):
         return PartFit(1.0, 1.0, 1.0, 1.0, (), 0.0)

@@ -14,7 +14,7 @@ from solver.registration.candidates import first_pairs, pairs_from_points
 from solver.registration.choice import COARSE, FINE, SAME, Candidate, Task, choose
 from solver.registration.comparison import best_compared, compare, has_rivals
 from solver.registration.confidence import RIVAL
-from solver.registration.reduction import FEW, ReducedTask
+from solver.registration.reduction import FEW_VERTICES, ReducedTask
 from solver.shape import Shape
 from synthetic import ALIEN, HUMAN_POSES, HumanProportions, human_figure, transferred
 from synthetic.shapes import posed
@@ -23,7 +23,9 @@ from tests.solver.shapes import icosphere
 
 def test_those_that_fit_best_come_first_and_differ(blob: Shape, found: list[Candidate]) -> None:
     task = Task.of(blob, blob)
-    chosen = best_compared(compare(ReducedTask.of(blob, blob, task, FEW), found[::-1], Control()))
+    chosen = best_compared(
+        compare(ReducedTask.of(blob, blob, task, FEW_VERTICES), found[::-1], Control())
+    )
     scores = [one.fit.score for one in chosen]
     assert scores == sorted(scores)
     assert chosen[0].candidate is found[0]
@@ -98,7 +100,7 @@ def test_the_right_candidate_is_told_where_eigenfunctions_fit_better_by_others()
     )[0]
     wrong = choose(task, lambda samples: first_pairs(surfaces, samples, ()), stages, Control())
     assert sum(one.fit.score < right.fit.score for one in wrong) >= 3
-    few = ReducedTask.of(source, target, task, FEW)
+    few = ReducedTask.of(source, target, task, FEW_VERTICES)
     chosen, second, *_ = best_compared(compare(few, [*wrong, right], Control()))
     assert chosen.candidate is right
     assert second.fit.score > chosen.fit.score + 0.5

@@ -70,7 +70,7 @@ def test_a_body_is_matched_through_the_glue(
 
 def test_its_confidence_is_of_its_refined_fit(found: tuple[OpenedCandidate, Confidence]) -> None:
     ours, theirs = (one.shape for one in found[0].openings)
-    few = ReducedTask.of(ours, theirs, Task.of(ours, theirs), reduction.FEW)
+    few = ReducedTask.of(ours, theirs, Task.of(ours, theirs), reduction.FEW_VERTICES)
     refined = refine_on_few(few, found[0].candidate, Control())
     assert found[1].measures["refined_score"] == pytest.approx(refined.fit.score)
 
@@ -78,7 +78,7 @@ def test_its_confidence_is_of_its_refined_fit(found: tuple[OpenedCandidate, Conf
 def test_a_body_of_many_vertices_is_opened_on_fewer(
     body: Shape, with_glue: Transformed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reduction, "LEFT", 1300)
+    monkeypatch.setattr(reduction, "MANY_VERTICES", 1300)
     found = through_the_glue(body, with_glue)
     assert all(one.shape.n_vertices > 2000 for one in found[0].openings)
     assert error_of(found[0], body, with_glue) < 0.02

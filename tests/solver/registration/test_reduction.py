@@ -18,7 +18,7 @@ LEFT = 400
 
 @pytest.fixture
 def reduced(blob: Shape, monkeypatch: pytest.MonkeyPatch) -> Reduction:
-    monkeypatch.setattr(search, "FEW", LEFT)
+    monkeypatch.setattr(search, "FEW_VERTICES", LEFT)
     return Reduction.of(blob, LEFT)
 
 

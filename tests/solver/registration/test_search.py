@@ -13,7 +13,7 @@ from solver.mesh import triangle_mesh
 from solver.registration.choice import SAME, Task
 from solver.registration.comparison import compare
 from solver.registration.confidence import RIVAL
-from solver.registration.reduction import FEW, ReducedTask
+from solver.registration.reduction import FEW_VERTICES, ReducedTask
 from solver.registration.search import search
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
@@ -88,7 +88,7 @@ def test_rivals_are_told_apart_by_what_few_vertices_do_not_show() -> None:
     plain, knobbly = task(np.ones_like(knobs)), task(knobs)
 
     def reduced(left: int) -> ReducedTask:
-        if left != FEW:
+        if left != FEW_VERTICES:
             return ReducedTask.entire(knobbly)
         here, there = (one.vertices for one in plain.samples)
         return ReducedTask(plain, (knobbly.source.at(here), knobbly.target.at(there)))
