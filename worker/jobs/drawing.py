@@ -21,7 +21,7 @@ from worker.jobs.exports import export_match, export_matrix, export_transfer
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
-from worker.jobs.registrations import (
+from worker.jobs.registered_files import (
     draw_registration,
     export_match_registered,
     export_registered,
