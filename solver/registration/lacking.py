@@ -84,8 +84,13 @@ def share_lacking(
 
 
 def _few_on_boundary(shape: Shape, opening: Opening) -> BoolArray:
-    """Which of the few vertices that are left of an opened shape lie on the shape's boundary."""
+    """Which of the few vertices that are left of an opened shape lie on the shape's boundary.
+
+    None of a point cloud: its surface has gaps where points are too sparse, which are no boundary.
+    """
     few = reduction(opening.shape, FEW_VERTICES)
+    if shape.mesh.is_cloud:
+        return np.zeros(few.shape.n_vertices, dtype=np.bool_)
     of_shape = shape.mesh.on_boundary[opening.vertices[few.vertices]]
     return np.asarray(few.shape.mesh.on_boundary & of_shape)
 

@@ -4,14 +4,32 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
+from solver.mesh.normals import face_normals
 from solver.mesh.repair import edges_of
 
 _FOLDED = 0.5
 """Cosine of the angle between two triangles at their edge from which on they lie on each other."""
 
 
+def votes_for(proposed: IntArray) -> tuple[IntArray, IntArray]:
+    """Count the points that propose each triangle.
+
+    Parameters
+    ----------
+    proposed
+        (P, 3) triangles, once for each point that proposes them.
+
+    Returns
+    -------
+    triangles : (T, 3) int64, each once.
+    votes : (T,) int64 corners that propose each, 1 to 3.
+    """
+    triangles, votes = np.unique(np.sort(proposed, axis=1), axis=0, return_counts=True)
+    return triangles, votes.astype(np.int64)
+
+
 def assembled(
-    points: FloatArray, normals: FloatArray, proposed: IntArray
+    points: FloatArray, normals: FloatArray, triangles: IntArray, votes: IntArray
 ) -> tuple[IntArray, IntArray]:
     """Choose triangles such that an edge has two at most, wound alike, and none lies on another.
 
@@ -19,26 +37,25 @@ def assembled(
     ----------
     points, normals
         (V, 3) points, and unit normals of consistent signs, which say how triangles are wound.
-    proposed
-        (T, 3) triangles, once for each point that proposes them.
+    triangles, votes
+        Of :func:`votes_for`.
 
     Returns
     -------
     faces : (F, 3) int64. Those that all three corners propose come first, of these the smallest.
     votes : (F,) int64 corners that proposed each, 1 to 3.
     """
-    triangles, votes = np.unique(np.sort(proposed, axis=1), axis=0, return_counts=True)
     corners = points[triangles]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across = face_normals(points, triangles)
     inwards = np.einsum("ij,ij->i", across, normals[triangles].sum(axis=1)) < 0.0
-    triangles[inwards] = triangles[inwards][:, ::-1]
+    triangles = np.where(inwards[:, None], triangles[:, ::-1], triangles)
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     order = np.lexsort((longest, -votes))
     triangles, votes = triangles[order], votes[order]
     edges = edges_of(triangles)
     upward = triangles < np.roll(triangles, -1, axis=1)
     taken = _chosen(points, triangles, 2 * edges.of_side + upward, 2 * len(edges.ends))
-    return triangles[taken], votes[taken].astype(np.int64)
+    return triangles[taken], votes[taken]
 
 
 @kernel

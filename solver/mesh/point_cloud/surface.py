@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
-from solver.mesh.point_cloud.assembly import assembled
+from solver.mesh.point_cloud.assembly import assembled, votes_for
 from solver.mesh.point_cloud.normals import fitted_planes, with_consistent_signs
 from solver.mesh.point_cloud.voronoi import local_triangles
 from solver.mesh.repair import (
@@ -158,9 +158,11 @@ def _triangulated(points: FloatArray, given: FloatArray | None) -> tuple[IntArra
     smooth += _JITTER * spacing * np.random.default_rng(0).standard_normal(smooth.shape)
     near = _neighbours(smooth)
     if given is None:
-        fitted = fitted_planes(smooth, near[:, :_PLANE])[1]
-        normals = with_consistent_signs(smooth, fitted, near)
-    return assembled(smooth, normals, local_triangles(smooth, near, normals))
+        normals = fitted_planes(smooth, near[:, :_PLANE])[1]
+    triangles, votes = votes_for(local_triangles(smooth, near, normals))
+    if given is None:
+        normals = with_consistent_signs(smooth, normals, triangles[votes == 3], near)
+    return assembled(smooth, normals, triangles, votes)
 
 
 def _neighbours(points: FloatArray) -> IntArray:
