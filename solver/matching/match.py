@@ -170,6 +170,7 @@ def _detected(
 
 
 def _matched_part(known: KnownPart, options: MatchOptions, control: Control) -> Match | None:
+    """Match a registered part; ``None`` where distances along a shape cannot be computed."""
     try:
         return match_part(known, options, control)
     except MeshError:
