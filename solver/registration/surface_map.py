@@ -219,9 +219,7 @@ class SurfaceMap:
         return embedding(target.mesh.vertices, target.normals, self.weights, functions)
 
 
-def at_rest(
-    source: SmoothSurface, reflected: bool = False, scale: float = 1.0
-) -> RigidDisplacement:
+def at_rest(source: SmoothSurface, reflected: bool = False) -> RigidDisplacement:
     """Return a surface at rest, prepared for displacements.
 
     Parameters
@@ -230,8 +228,6 @@ def at_rest(
         The surface.
     reflected
         Whether it is reflected in the plane x = 0.
-    scale
-        √area of the surface at rest.
 
     Raises
     ------
@@ -239,7 +235,7 @@ def at_rest(
         Its Laplacian cannot be factored.
     """
     rigid = RigidDisplacement.of(source.mesh, source.laplacian, _LENGTH, _WIDTH)
-    return rigid.resting_at(source.mesh.vertices * (scale * (MIRROR if reflected else np.ones(3))))
+    return rigid.resting_at(source.mesh.vertices * MIRROR) if reflected else rigid
 
 
 def places(
