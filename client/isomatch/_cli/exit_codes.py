@@ -123,7 +123,9 @@ def _option(field: str) -> str:
     name, _, rest = field.removeprefix("body.").partition(".")
     if name not in _PARAMETERS:
         return field
-    flag = "--" + ("landmark" if name == "landmarks" else name.replace("_", "-"))
+    # Options of lists are given once for each entry; `points` of a match is a number.
+    entry = name.removesuffix("s") if name == "landmarks" or (name == "points" and rest) else name
+    flag = "--" + entry.replace("_", "-")
     return f"{flag} ({rest})" if rest else flag
 
 

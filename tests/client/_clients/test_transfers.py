@@ -202,6 +202,8 @@ def test_transfer_command(url: str, blobs: tuple[Path, Path], job_id: str, parts
     points = ["--what", "landmarks", "--point", "17", "--point", "4:0.2,9:0.3,7:0.5", "--json"]
     told = json.loads(run("transfer", job_id, *points, url=url).stdout)
     assert len(told["points"]) == 2
+    nowhere = run("transfer", job_id, "--what", "landmarks", "--point", "99999", url=url)
+    assert "--point (0): 99999 is no vertex" in " ".join(nowhere.stderr.split())
 
 
 @pytest.mark.parametrize(
