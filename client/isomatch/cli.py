@@ -222,7 +222,7 @@ def upload(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Upload meshes; the same file again costs nothing. One that cannot be read is named."""
-    if file_type is None and not all(Path(name or mesh).suffix for mesh in meshes):
+    if file_type is None and not all(Path(mesh).suffix for mesh in meshes):
         message = "the name does not tell the format; give it, as in --file-type off"
         raise typer.BadParameter(message, param_hint="MESHES")
     with connected(url, as_json) as client:

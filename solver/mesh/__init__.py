@@ -4,16 +4,10 @@ from solver.mesh.file_contents import mapped_surface, textured_surface
 from solver.mesh.mean_curvature import mean_curvature_measures
 from solver.mesh.nearest_points import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.mesh.normals import face_normals, vertex_normals
+from solver.mesh.reading import MESH_FORMATS, largest_component, read_mesh, triangle_mesh
 from solver.mesh.rotations import nearest_rotations
 from solver.mesh.simplification import simplified
-from solver.mesh.triangle_mesh import (
-    MESH_FORMATS,
-    TriangleMesh,
-    largest_component,
-    read_mesh,
-    triangle_areas,
-    triangle_mesh,
-)
+from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
 
 __all__ = [
     "MESH_FORMATS",

@@ -1,4 +1,4 @@
-"""Triangle meshes: the surfaces X and Y of section 2, read, checked and repaired."""
+"""Triangle meshes: the surfaces X and Y of section 2."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -8,14 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.errors import MeshError
-from solver.mesh.formats import READERS
 from solver.mesh.links import component_links
-from solver.mesh.point_cloud import surface_of_points
-from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of, repaired
-
-MESH_FORMATS: tuple[str, ...] = tuple(READERS)
-"""File extensions that :func:`read_mesh` knows, lower case, without the dot."""
+from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +19,7 @@ class TriangleMesh:
     Every vertex belongs to a face, every face has three distinct vertices and an area, no face
     occurs twice, all coordinates are finite, and the winding is consistent unless the surface is
     not orientable. It may have boundaries, several components and non-manifold edges. Made by
-    :func:`triangle_mesh` or :func:`read_mesh`.
+    :func:`.triangle_mesh` or :func:`.read_mesh`.
 
     Parameters
     ----------
@@ -251,130 +245,6 @@ _OF_FACES = (
 """Properties that depend on nothing but faces, and links, which are the same at any scale."""
 
 
-def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
-    """Read a mesh file.
-
-    Vertices keep the numbers they have in the file, whatever normals and texture coordinates it
-    has. Formats that cannot share a vertex between faces (STL, glTF) have vertices in the same
-    position merged. Defects are repaired as by :func:`triangle_mesh`.
-
-    Parameters
-    ----------
-    data
-        Bytes of the file.
-    file_type
-        One of `MESH_FORMATS`, in either case, with or without a dot.
-
-    Returns
-    -------
-    TriangleMesh
-
-    Raises
-    ------
-    MeshError
-        The format is unknown, the file is not a complete file of that format, or it has no
-        surface that can be computed on.
-
-    Examples
-    --------
-    >>> square = b"OFF\\n4 1 0\\n0 0 0\\n1 0 0\\n1 1 0\\n0 1 0\\n4 0 1 2 3\\n"
-    >>> mesh = read_mesh(square, "off")
-    >>> mesh.n_vertices, mesh.n_faces, mesh.area
-    (4, 2, 1.0)
-    >>> mesh.warnings
-    ('cut 1 face of more than three corners into triangles',)
-    """
-    kind = file_type.lower().lstrip(".")
-    if kind not in READERS:
-        raise MeshError(f"unknown mesh format {kind[:20]!r}; use one of {', '.join(MESH_FORMATS)}")
-    if not data:
-        raise MeshError("the file is empty")
-    try:
-        contents = READERS[kind](data)
-    except MemoryError:
-        raise MeshError("the file is too large to be read in the memory there is") from None
-    return _checked(contents)
-
-
-def triangle_mesh(
-    vertices: FloatArray, faces: IntArray, colors: FloatArray | None = None
-) -> TriangleMesh:
-    """Make a mesh of arrays: check them, and repair defects.
-
-    Repeated vertices, faces and parts of the surface are merged, seams and cracks closed,
-    degenerate faces dropped, and the winding made consistent; see :mod:`.repair`. `warnings` of the
-    mesh says so, and `vertex_ids` keeps the numbers of the vertices given.
-
-    Parameters
-    ----------
-    vertices
-        (V, 3) positions.
-    faces
-        (F, 3) indices of vertices, from 0.
-    colors
-        (V, 3) in 0..1, or ``None``.
-
-    Returns
-    -------
-    TriangleMesh
-
-    Raises
-    ------
-    MeshError
-        Array shapes are wrong, a coordinate is not finite, an index is out of range, or no face
-        with an area is left.
-
-    Examples
-    --------
-    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    >>> mesh = triangle_mesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
-    >>> mesh.closed, mesh.components, len(mesh.edges)
-    (True, 1, 6)
-    """
-    points = np.asarray(vertices, dtype=np.float64)
-    corners = np.asarray(faces)
-    if corners.size and not np.issubdtype(corners.dtype, np.integer):
-        raise MeshError("faces must be an array of integers")
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError(f"vertices must be a (V, 3) array, not one of shape {points.shape}")
-    if corners.size and (corners.ndim != 2 or corners.shape[1] != 3):
-        raise MeshError(f"faces must be an (F, 3) array, not one of shape {corners.shape}")
-    if colors is not None and np.shape(colors) != points.shape:
-        raise MeshError("colors must be a (V, 3) array with a row for every vertex")
-    triangles = corners.astype(np.int64).reshape(-1, 3)
-    vertex_ids, face_ids = (np.arange(len(one), dtype=np.int64) for one in (points, triangles))
-    return _checked(TriangleSoup(points, triangles, colors, vertex_ids, face_ids))
-
-
-def largest_component(mesh: TriangleMesh) -> TriangleMesh:
-    """Keep the connected component of largest area.
-
-    Parameters
-    ----------
-    mesh
-        Any mesh.
-
-    Returns
-    -------
-    TriangleMesh
-        `mesh` itself if it is connected; else the component, with a warning that says how much of
-        the area was kept. `vertex_ids` keeps the user's numbers.
-    """
-    if mesh.components == 1:
-        return mesh
-    label, areas = mesh.component_of_vertex[mesh.faces[:, 0]], _component_areas(mesh)
-    largest = int(np.argmax(areas))
-    share = areas[largest] / areas.sum()
-    note = (
-        f"only the largest of {mesh.components} components was kept: "
-        f"{100.0 * share:.3g} % of the area"
-    )
-    notes = tuple(known for known in mesh.warnings if known != _note_of_links(mesh))
-    kept = replace(mesh.soup(), notes=notes).of_faces(label == largest).compacted()
-    found = TriangleMesh.of(kept.noting(note))
-    return replace(found, file_rows=mesh.file_rows, is_cloud=mesh.is_cloud)
-
-
 def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """Areas of triangles.
 
@@ -402,41 +272,3 @@ def _adjacency(pairs: IntArray, count: int) -> tuple[IntArray, IntArray]:
         shape=(count, count),
     )
     return ends.indptr.astype(np.int64), ends.indices.astype(np.int64)
-
-
-def _checked(soup: TriangleSoup) -> TriangleMesh:
-    if not len(soup.vertices):
-        raise MeshError("the mesh has no vertices")
-    rows = _rows_of_file(soup)
-    if soup.is_cloud:
-        soup = surface_of_points(soup)
-    if not len(soup.faces):
-        raise MeshError("the mesh has no faces; upload points alone as PLY or XYZ")
-    if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
-        raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    mesh = TriangleMesh.of(repaired(replace(soup, paint=None, normals=None)))
-    warnings = mesh.warnings if mesh.components == 1 else (*mesh.warnings, _note_of_links(mesh))
-    return mesh.with_same_faces(warnings=warnings, file_rows=rows, is_cloud=soup.is_cloud)
-
-
-def _rows_of_file(soup: TriangleSoup) -> tuple[int, int]:
-    """Numbers of vertices and of faces of the file that a soup was read from."""
-    ids = soup.face_ids
-    faces = len(soup.faces) if ids is None else int(ids.max(initial=-1)) + 1
-    return len(soup.vertices) + len(soup.merged), faces
-
-
-def _component_areas(mesh: TriangleMesh) -> FloatArray:
-    """(C,) area of each component."""
-    label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    areas = np.bincount(label, weights=triangle_areas(mesh.vertices, mesh.faces))
-    return areas.astype(np.float64)
-
-
-def _note_of_links(mesh: TriangleMesh) -> str:
-    areas = _component_areas(mesh)
-    return (
-        f"{mesh.components} components are linked where they are nearest, and matched as one"
-        f" surface; `largest_component` takes the largest alone,"
-        f" {100.0 * areas.max() / areas.sum():.3g} % of the area"
-    )

@@ -41,7 +41,20 @@ class Pull:
 
     @classmethod
     def of(cls, operators: Operators, length: float, drawn: BoolArray | None) -> "Pull":
-        """Factor its equations; for the parameters see :class:`RigidDisplacement`."""
+        """Factor the equations of a displacement.
+
+        Parameters
+        ----------
+        operators, length
+            As for :class:`RigidDisplacement`.
+        drawn
+            (V,) which vertices are drawn; ``None`` for all.
+
+        Raises
+        ------
+        MeshError
+            The Laplacian cannot be factored.
+        """
         stiffness, mass = operators
         pull = mass / length**2
         weights = pull if drawn is None else np.where(drawn, pull, 0.0)

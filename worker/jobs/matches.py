@@ -28,7 +28,7 @@ from worker.jobs.archives import stored_prototype
 from worker.jobs.context import JobContext
 from worker.jobs.failures import attributed_to
 from worker.jobs.match_results import arrays_of, document_of, refinement_of, summary_of
-from worker.jobs.meshes import mesh_of, spectrum_of_shape
+from worker.jobs.meshes import mesh_of, spectrum_key_of
 from worker.jobs.options import options_of
 from worker.jobs.spectra import spectrum_of, surface_spectra
 
@@ -193,7 +193,7 @@ def load_shape(
         Through `control`.
     """
     spectra = context.store.spectra
-    key = spectrum_of_shape(payload.parameters, shape, context.store.shapes)
+    key = spectrum_key_of(payload.parameters, shape, context.store.shapes)
     with attributed_to(field):
         mesh = mesh_of(key, shape, context.store)
         if not payload.needs_spectrum:

@@ -69,7 +69,7 @@ def stored_mesh(shape: str, shapes: Shapes) -> TriangleMesh:
     return mesh_from_bytes(stored)
 
 
-def spectrum_of_shape(parameters: SpectrumParameters, shape: str, shapes: Shapes) -> SpectrumKey:
+def spectrum_key_of(parameters: SpectrumParameters, shape: str, shapes: Shapes) -> SpectrumKey:
     """Return the key of a shape's spectrum.
 
     Raises

@@ -14,7 +14,7 @@ from solver.mesh import TriangleMesh
 from solver.templates import register_template
 from solver.transfer.files import WrittenSurface, write_surface
 from worker.jobs.failures import ResultGone
-from worker.jobs.meshes import mesh_of, spectrum_of_shape
+from worker.jobs.meshes import mesh_of, spectrum_key_of
 from worker.jobs.transfers import solver_map
 from worker.pictures import draw_components
 
@@ -119,4 +119,4 @@ def _surface(name: str, vertices: FloatArray, faces: IntArray) -> WrittenSurface
 
 
 def _matched_mesh(shape: str, payload: MatchPayload, store: Store) -> TriangleMesh:
-    return mesh_of(spectrum_of_shape(payload.parameters, shape, store.shapes), shape, store)
+    return mesh_of(spectrum_key_of(payload.parameters, shape, store.shapes), shape, store)

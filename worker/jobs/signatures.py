@@ -13,7 +13,7 @@ from solver.shape import Shape
 from solver.similarity import Signature, SimilarityOptions, signature
 from worker.jobs.context import JobContext
 from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to
-from worker.jobs.meshes import mesh_of, spectrum_of_shape
+from worker.jobs.meshes import mesh_of, spectrum_key_of
 from worker.jobs.options import options_of
 from worker.jobs.spectra import spectrum_of
 
@@ -69,7 +69,7 @@ def compute_signature(
         Through `control`.
     """
     shape, parameters, spectra = payload.shapes[place], payload.parameters, context.store.spectra
-    key = spectrum_of_shape(parameters, shape, context.store.shapes)
+    key = spectrum_key_of(parameters, shape, context.store.shapes)
     cached = spectra.get(parameters.signature_name(key))
     if cached is not None and _suits(cached, parameters.points):
         return cached

@@ -194,6 +194,9 @@ def test_the_file_that_is_refused_is_named(
     assert (problem["file"], problem["status"]) == (str(text), 422)
     # Others have their ids.
     assert (done.returncode, len(json.loads(done.stdout))) == (1, 2)
+    # The format is that of the file, whatever name it is given; a pipe has none.
+    assert run("upload", blobs[0], "--name", "anything", url=url).returncode == 0
+    assert "--file-type off" in run("upload", "-", url=url).stderr
     with text.open("rb") as file:
         piped = run("upload", "-", "--file-type", "off", url=url, stdin=file)
     assert piped.stderr.startswith("isomatch: the standard input: not an OFF file")
