@@ -9,9 +9,11 @@ result of a chunk is stored as soon as it is done, and never computed again. Eac
 A stage without unfinished chunks is *done*; the time slice that notices opens the next one.
 """
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from types import MappingProxyType
 from typing import Final, cast
 
 from redis import Redis
@@ -122,7 +124,14 @@ class Chunks:
         return ClaimedChunk(ClaimStatus(text(status)), text(stage), int(number))
 
     def open_stage(
-        self, job_id: str, previous: str, stage: str, count: int, share: float, size: int = 1
+        self,
+        job_id: str,
+        previous: str,
+        stage: str,
+        count: int,
+        share: float,
+        size: int = 1,
+        known: Mapping[int, bytes] = MappingProxyType({}),
     ) -> bool:
         """Open the next stage; False if another time slice did, or the job has ended.
 
@@ -133,28 +142,24 @@ class Chunks:
         previous
             The stage that is done.
         stage, count
-            Name and number of chunks of the next stage; chunks given to :meth:`supply` are done.
+            Name and number of chunks of the next stage.
         share
             Its share of the whole job's progress.
         size
             Size of a chunk, for :meth:`counts`.
+        known
+            Results of chunks that are done already, by number.
         """
         names = [*self._names(job_id), self.keys.chunk_results(job_id, stage)]
         arguments = previous, stage, count, share, size, self._ttl
-        return bool(scripts.OPEN_STAGE(self.client, names, *arguments) == 1)
+        results = itertools.chain.from_iterable(known.items())
+        return bool(scripts.OPEN_STAGE(self.client, names, *arguments, *results) == 1)
 
     def complete(self, job_id: str, chunk: ClaimedChunk, result: bytes, seconds: float) -> bool:
         """Store the result of a chunk; False if it is known already, or not wanted any more."""
         names = [*self._names(job_id), self.keys.chunk_results(job_id, chunk.stage)]
         arguments = chunk.stage, chunk.number, result, seconds, self._ttl
         return bool(scripts.COMPLETE_CHUNK(self.client, names, *arguments) == 1)
-
-    def supply(self, job_id: str, stage: str, known: Mapping[int, bytes]) -> None:
-        """Store results of chunks that are known before their stage is opened."""
-        if known:
-            key = self.keys.chunk_results(job_id, stage)
-            self.client.hset(key, mapping={str(number): data for number, data in known.items()})
-            self.client.expire(key, self._ttl)
 
     def results(self, job_id: str, stage: str) -> dict[int, bytes]:
         """Return the results of a stage's chunks that are done, by number."""

@@ -27,17 +27,14 @@ from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
-from broker.store.records import NewerRecord, job_document, read_record
+from broker.store.records import NewerRecord, job_document, read_record, readable
 from broker.store.replies import text
 from broker.store.scripts import LuaScript
-from broker.telemetry import logger
 
 _Fields: TypeAlias = dict[bytes | str, bytes | str]
 
 _AT_A_TIME: Final = 500
 """Records that are read at a time."""
-
-log = logger("isomatch.jobs")
 
 
 @dataclass(frozen=True)
@@ -161,7 +158,7 @@ class Jobs:
 
         key = self.keys.jobs if state is None else self.keys.jobs_in(state)
         listing = Listing(self.client, key if of is None else self.keys.jobs_of(of), self.keys.job)
-        return listing.page(limit, cursor, self.get, matches)
+        return listing.page(limit, cursor, self.records, matches)
 
     def active(self) -> Iterator[JobRecord]:
         """Iterate over all jobs that have not ended and can be read."""
@@ -282,14 +279,9 @@ def _record(reply: _Fields) -> JobRecord:
 
 
 def _readable(job_id: str, fields: _Fields) -> JobRecord | None:
-    try:
-        return _record(fields) if b"record" in fields else None
-    except NewerRecord:
-        return None  # left to processes of the newer version
-    except (ValueError, KeyError) as error:
-        # The error's text may quote the record, which holds secrets.
-        log.error("the record of a job is damaged", job_id=job_id, error=type(error).__name__)
+    if b"record" not in fields:
         return None
+    return readable(JobRecord, job_id, lambda: _record(fields))
 
 
 def _present(fields: Mapping[str, str]) -> dict[str, object]:

@@ -3,14 +3,13 @@
 import base64
 import binascii
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, Generic, TypeVar, cast
 
 from redis import Redis
 
 from broker.store import scripts
-from broker.store.records import NewerRecord
 from broker.store.replies import text
 
 ItemT = TypeVar("ItemT")
@@ -19,7 +18,7 @@ SWEEP_COUNT: Final = 500
 """Entries that one step of a sweep looks at, as a hint to Redis."""
 
 MOST_SKIPPED: Final = 1000
-"""Entries that one page skips at most; each costs a read."""
+"""Entries that one page skips, after which it ends."""
 
 
 class InvalidCursor(ValueError):
@@ -56,29 +55,28 @@ class Listing:
         self,
         limit: int,
         cursor: str | None,
-        fetch: Callable[[str], ItemT | None],
+        fetch: Callable[[Sequence[str]], Sequence[ItemT | None]],
         matches: Callable[[ItemT], bool] = lambda item: True,
     ) -> Page[ItemT]:
         """Return the entries after `cursor` that match, at most `limit`, the newest first.
 
-        Entries whose record has expired are skipped and removed from the listing; entries that only
-        a newer version can read are skipped. After `MOST_SKIPPED` skipped entries the page ends,
-        with fewer entries or none, and its cursor continues behind them.
+        `fetch` returns several records, None for each that has expired or cannot be read. Those are
+        skipped; those that have expired are removed from the listing. After `MOST_SKIPPED` skipped
+        entries the page ends, with fewer entries or none, and its cursor continues behind them.
         """
         last = None if cursor is None else _decode(cursor)
         items: list[ItemT] = []
         skipped = 0
         while len(items) < limit and skipped < MOST_SKIPPED:
-            entries = self._entries(last, limit - len(items))
+            # The more were in vain, the more are read at once.
+            entries = self._entries(last, max(limit - len(items), skipped))
             if not entries:
                 return Page(tuple(items), None)
-            for member, score in entries:
+            found = fetch([member for member, _ in entries])
+            for (member, score), item in zip(entries, found, strict=True):
+                if len(items) == limit or skipped == MOST_SKIPPED:
+                    break
                 last = (score, member)
-                try:
-                    item = fetch(member)
-                except NewerRecord:
-                    skipped += 1
-                    continue
                 if item is None:
                     self._unlist(member, self.client)
                 if item is not None and matches(item):

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from redis import Redis
 from redis.client import Pipeline
@@ -13,7 +14,7 @@ from broker.store.connections import StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
 from broker.store.quotas import QuotaExceeded, Quotas
-from broker.store.records import read_record
+from broker.store.records import read_record, readable_records
 from broker.store.uploads import delete_candidate
 
 
@@ -85,7 +86,9 @@ class Prototypes:
             # An expired prototype may have been stored again under another name.
             return name in (None, record.name)
 
-        return Listing(self.client, key, self.keys.prototype).page(limit, cursor, self.get, matches)
+        listing = Listing(self.client, key, self.keys.prototype)
+        fetch = partial(readable_records, self.client, PrototypeRecord, key=self.keys.prototype)
+        return listing.page(limit, cursor, fetch, matches)
 
     def add(
         self,

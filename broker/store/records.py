@@ -6,11 +6,17 @@ processes.
 """
 
 import json
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
+from redis import Redis
 
 from broker.contracts import JobRecord
+from broker.telemetry import logger
+
+log = logger("isomatch.records")
 
 RecordT = TypeVar("RecordT", bound=BaseModel)
 
@@ -49,6 +55,37 @@ def read_record(kind: type[RecordT], data: bytes | str) -> RecordT:
         if any(one["type"] == "json_invalid" for one in error.errors(include_input=False)):
             raise  # no version writes this
         raise NewerRecord(kind) from error
+
+
+def readable(kind: type[RecordT], name: str, read: Callable[[], RecordT]) -> RecordT | None:
+    """Return a record, or None if it cannot be read.
+
+    Parameters
+    ----------
+    kind, name
+        Type and id of the record, for the log.
+    read
+        Reads it.
+    """
+    try:
+        return read()
+    except NewerRecord:
+        return None  # left to processes of the newer version
+    except (ValueError, KeyError) as error:
+        # The error's text may quote the record, which may hold secrets.
+        log.error("a record is damaged", kind=kind.__name__, id=name, error=type(error).__name__)
+        return None
+
+
+def readable_records(
+    client: Redis, kind: type[RecordT], names: Sequence[str], key: Callable[[str], str]
+) -> list[RecordT | None]:
+    """Return records by their ids, None for each that does not exist or cannot be read."""
+    found = client.mget([key(name) for name in names])
+    return [
+        None if data is None else readable(kind, name, partial(read_record, kind, data))
+        for name, data in zip(names, found, strict=True)
+    ]
 
 
 def job_document(record: JobRecord) -> str:

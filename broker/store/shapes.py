@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import BinaryIO, Final
 
 from redis import Redis
@@ -14,7 +15,7 @@ from broker.store.connections import StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
 from broker.store.quotas import QuotaExceeded, Quotas
-from broker.store.records import read_record
+from broker.store.records import read_record, readable_records
 from broker.store.uploads import delete_candidate
 
 _ACCEPT_SECONDS: Final = 60
@@ -90,7 +91,8 @@ class Shapes:
             No page has this cursor.
         """
         listing = Listing(self.client, self.keys.shapes, self.keys.shape)
-        return listing.page(limit, cursor, self.get)
+        fetch = partial(readable_records, self.client, ShapeRecord, key=self.keys.shape)
+        return listing.page(limit, cursor, fetch)
 
     def delete(self, shape_id: str) -> bool:
         """Delete a shape; False if it did not exist."""

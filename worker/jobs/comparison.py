@@ -102,9 +102,8 @@ class Comparison:
     def _open_signatures(self) -> None:
         store, job, count = self.context.store, self.job, len(self.payload.shapes)
         known = cached_signatures(self.payload, store)
-        store.chunks.supply(job.id, STRUCTURES, known)
         share = SIGNATURES_SHARE * (1.0 - len(known) / count)
-        if store.chunks.open_stage(job.id, "", STRUCTURES, count, share):
+        if store.chunks.open_stage(job.id, "", STRUCTURES, count, share, known=known):
             self._queue_time_slices(count - len(known))
 
     def _open_pairs(self) -> None:

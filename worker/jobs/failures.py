@@ -188,6 +188,11 @@ def newer_version() -> Problem:
     )
 
 
+def unreadable(job_id: str, error: Exception) -> Problem:
+    """Return the problem of a job whose record cannot be read."""
+    return newer_version() if isinstance(error, NewerRecord) else _internal(job_id)
+
+
 def problem_of(error: Exception, record: JobRecord) -> Problem:
     """Return the problem of a job that raised an error.
 
@@ -270,7 +275,11 @@ def _unforeseen(record: JobRecord) -> Problem:
         slug, title = UNUSABLE[record.kind]
         detail = f"The file cannot be read: {title[:1].lower()}{title[1:]}."
         return Problem.of(slug, title, 422, detail)
-    detail = f"Something went wrong on our side; the logs of job {record.id} say what."
+    return _internal(record.id)
+
+
+def _internal(job_id: str) -> Problem:
+    detail = f"Something went wrong on our side; the logs of job {job_id} say what."
     return Problem.of("internal-error", "Internal error", 500, detail)
 
 

@@ -26,7 +26,7 @@ from worker.jobs.consistent_maps import map_consistently
 from worker.jobs.context import JobContext
 from worker.jobs.delivery import deliver
 from worker.jobs.drawing import draw
-from worker.jobs.failures import newer_version, problem_of
+from worker.jobs.failures import problem_of, unreadable
 from worker.jobs.matches import match
 from worker.jobs.progress import TOTAL, WAITING, Reporter
 from worker.jobs.prototypes import learn
@@ -120,9 +120,9 @@ class Runner:
             return None
         try:
             record = jobs.get(job_id)
-        except NewerRecord:
-            log.error("submitted by a newer version, and unreadable: upgrade this worker")
-            jobs.fail(job_id, self.name, newer_version())
+        except (NewerRecord, ValueError, KeyError) as error:
+            log.error("damaged, or of a newer version, and unreadable", error=type(error).__name__)
+            jobs.fail(job_id, self.name, unreadable(job_id, error))
             return None
         assert record is not None
         return record

@@ -13,11 +13,10 @@ from broker.blobs import BlobsAway, NotMigrated
 from broker.contracts import (
     RESULT,
     DissimilaritiesPayload,
-    JobRecord,
     TimeSlicePayload,
     subject_of,
 )
-from broker.store import ClaimStatus, NewerRecord
+from broker.store import ClaimStatus
 from broker.telemetry import logger
 from broker.tracing import span
 from broker.upkeep import evict_deleted
@@ -25,7 +24,7 @@ from solver.control import Control
 from solver.errors import Cancelled
 from worker.jobs.comparison import Comparison
 from worker.jobs.context import JobContext
-from worker.jobs.failures import newer_version, problem_of
+from worker.jobs.failures import problem_of, unreadable
 from worker.jobs.progress import Reporter
 
 SLICE_SECONDS: Final = 1.0
@@ -57,13 +56,13 @@ def run_time_slice(payload: TimeSlicePayload, context: JobContext) -> None:
             _work(Comparison(job, job.payload, context, control))
     except (RedisError, BlobsAway, NotMigrated):
         raise
-    except NewerRecord:
-        store.jobs.fail(job_id, job_id, newer_version())
     except Cancelled:
         store.jobs.finish_cancelled(job_id, job_id)
     except Exception as error:
-        assert job is not None
-        _fail(job, error, context)
+        problem = unreadable(job_id, error) if job is None else problem_of(error, job)
+        # A cancelled job cannot fail: its chunks may be deleted while a time slice reads them.
+        if store.jobs.fail(job_id, job_id, problem):
+            log.warning("failed", problem=problem.slug, exc_info=problem.status >= 500)
     store.chunks.end_time_slice(job_id, context.record.id)
     state = store.jobs.state(job_id)
     if state is None or state.ended:
@@ -95,10 +94,3 @@ def _work(comparison: Comparison) -> None:
         ):
             context.queue.submit_time_slice(job)
             return
-
-
-def _fail(job: JobRecord, error: Exception, context: JobContext) -> None:
-    problem = problem_of(error, job)
-    # A cancelled job cannot fail: its chunks may be deleted while a time slice reads them.
-    if context.store.jobs.fail(job.id, job.id, problem):
-        log.warning("failed", problem=problem.slug, exc_info=problem.status >= 500)

@@ -93,12 +93,22 @@ def test_an_unreadable_job_fails_with_the_reason(queue: JobQueue) -> None:
     assert json.loads(error)["type"] == "urn:isomatch:problem:newer-version"
 
 
-def test_an_unreadable_comparison_fails_with_the_reason(queue: JobQueue) -> None:
+@pytest.mark.parametrize("damaged", [False, True])
+def test_an_unreadable_comparison_fails_with_the_reason(queue: JobQueue, damaged: bool) -> None:
     job = of_a_newer_version(queue, COMPARED)
+    if damaged:
+        queue.store.client.hset(DEFAULT_KEYS.job(job), "record", "{")
     turn = queue.submit(new_job(TimeSlicePayload(job=job))).id
     Runner(queue, "runner").run(turn)
     assert queue.store.jobs.state(job) is JobState.FAILED
     assert queue.store.jobs.state(turn) is JobState.SUCCEEDED
+
+
+def test_a_damaged_job_fails(queue: JobQueue) -> None:
+    job = queue.submit(new_job(match())).id
+    queue.store.client.hset(DEFAULT_KEYS.job(job), "record", "{")
+    Runner(queue, "runner").run(job)
+    assert queue.store.jobs.state(job) is JobState.FAILED
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Progress of jobs that are done in time slices, chunk by chunk, in a real Redis."""
+"""Jobs that are done in time slices, chunk by chunk, in a real Redis."""
 
 import itertools
 
@@ -52,3 +52,18 @@ def test_progress_never_decreases_nor_exceeds_one(store: Store) -> None:
         assert progress[0] >= 0.0
         assert progress[-1] <= 1.0
         assert abs(progress[-1] - 1.0) < 1e-15
+
+
+def test_a_late_time_slice_changes_nothing_of_a_stage_that_is_open(store: Store) -> None:
+    """It was given up as lost, and another had opened the stage since."""
+    job = running(store)
+    assert store.chunks.open_stage(job, "", STRUCTURES, 3, 0.5, known={2: b"known"})
+    first = store.chunks.claim(job, "slice", "runner")
+    late = {0: b"late", 1: b"late"}
+    assert not store.chunks.open_stage(job, "", STRUCTURES, 3, 0.5, known=late)
+    assert store.chunks.results(job, STRUCTURES) == {2: b"known"}
+    assert store.chunks.complete(job, first, b"first", 0.0)
+    second = store.chunks.claim(job, "slice", "runner")
+    assert {first.number, second.number} == {0, 1}
+    assert store.chunks.complete(job, second, b"second", 0.0)
+    assert store.chunks.claim(job, "slice", "runner").status is ClaimStatus.DONE

@@ -1,5 +1,6 @@
 """Records that expire, end or reappear between two steps, and what they leave behind."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import timedelta
 
@@ -70,9 +71,11 @@ def test_a_shape_uploaded_again_during_a_listing_stays_listed(store: Store) -> N
     put_shape(store)
     listing = Listing(store.client, DEFAULT_KEYS.shapes, DEFAULT_KEYS.shape)
 
-    def come_again(name: str) -> None:
-        store.shapes.delete(name)
-        put_shape(store)
+    def come_again(names: Sequence[str]) -> list[None]:
+        for name in names:
+            store.shapes.delete(name)
+            put_shape(store)
+        return [None for _ in names]
 
     assert listing.page(10, None, come_again).items == ()
     assert [shape.id for shape in store.shapes.page(10, None).items] == [SHAPE]
@@ -257,13 +260,13 @@ def brief(store: Store, settings: WorkerSettings) -> JobQueue:
 def test_a_comparison_may_take_longer_than_job_ttl(brief: JobQueue) -> None:
     store, record = brief.store, compared(brief)
     store.chunks.set_input(record.id, PAIRS, b"collection")
-    store.chunks.supply(record.id, STRUCTURES, {0: b"signature"})
     long = 86400
     assert store.client.ttl(DEFAULT_KEYS.stage_input(record.id, PAIRS)) > long
-    assert store.client.ttl(DEFAULT_KEYS.chunk_results(record.id, STRUCTURES)) > long
     assert store.client.ttl(DEFAULT_KEYS.time_slices(record.id)) > long
     assert store.jobs.claim(record.id, record.id)
-    assert store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
+    known = {0: b"signature"}
+    assert store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5, known=known)
+    assert store.client.ttl(DEFAULT_KEYS.chunk_results(record.id, STRUCTURES)) > long
     chunk = store.chunks.claim(record.id, "slice", "runner")
     assert (chunk.status, chunk.number) == (ClaimStatus.CLAIMED, 1)
     assert store.chunks.complete(record.id, chunk, b"signature", 0.1)

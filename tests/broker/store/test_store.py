@@ -3,6 +3,7 @@
 import gzip
 import itertools
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 
@@ -22,7 +23,17 @@ from broker.contracts import (
     ValidationPayload,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import DEFAULT_KEYS, InvalidCursor, Jobs, Keys, Spectra, Store, renewed
+from broker.store import (
+    DEFAULT_KEYS,
+    InvalidCursor,
+    Jobs,
+    Keys,
+    Listing,
+    Page,
+    Spectra,
+    Store,
+    renewed,
+)
 from tests.worker.records import CREATED, shape_record
 from worker.settings import WorkerSettings
 
@@ -188,6 +199,39 @@ def test_records_of_ended_jobs_expire_and_leave_the_listings(store: Store) -> No
     store.client.delete(DEFAULT_KEYS.job(job))
     assert job not in [record.id for record in store.jobs.page(10, None, None).items]
     assert store.client.zscore(DEFAULT_KEYS.jobs, job) is None
+
+
+def test_a_record_that_cannot_be_read_does_not_end_a_listing(store: Store) -> None:
+    names = [stored(store.jobs) for _ in range(3)]
+    store.client.hset(DEFAULT_KEYS.job(names[1]), "record", "{")
+    assert [one.id for one in store.jobs.page(10, None).items] == [names[2], names[0]]
+    assert store.client.zscore(DEFAULT_KEYS.jobs, names[1]) is not None
+    records = [accepted(store, numbered(i, seconds=i)) for i in range(3)]
+    store.client.set(DEFAULT_KEYS.shape(records[2].id), "{")
+    assert store.shapes.page(1, None).items == (records[1],)
+
+
+@pytest.mark.parametrize("every", [1, 4, 90])
+def test_pages_of_what_is_rare_hold_all_of_it_once(store: Store, every: int) -> None:
+    names = [stored(store.jobs) for _ in range(90)]
+    rare = names[::every]
+    for name in rare:
+        assert store.jobs.claim(name, "runner")
+
+    def pages(limit: int, state: JobState) -> Iterator[Page[JobRecord]]:
+        # By the listing of all jobs, as those of one shape are read.
+        listing = Listing(store.client, DEFAULT_KEYS.jobs, DEFAULT_KEYS.job)
+        cursor = None
+        while True:
+            page = listing.page(limit, cursor, store.jobs.records, lambda one: one.state is state)
+            yield page
+            cursor = page.next_cursor
+            if cursor is None:
+                return
+
+    found = list(pages(3, JobState.RUNNING))
+    assert [one.id for page in found for one in page.items] == rare[::-1]
+    assert all(len(page.items) == 3 for page in found[:-1])
 
 
 def numbered(number: int, **after: float) -> ShapeRecord:
