@@ -98,7 +98,8 @@ class State(TypedDict):
     service: Service
 
 
-def _service(request: Request) -> Service:
+# Asynchronous, as others run in threads: a body is to be parsed without waiting in between.
+async def _service(request: Request) -> Service:
     return cast(Service, request.state.service).of(_tenant(request))
 
 
@@ -106,15 +107,15 @@ def _tenant(request: Request) -> str:
     return cast(str, getattr(request.state, "tenant", DEFAULT_TENANT))
 
 
-def _request_id(request: Request) -> str:
+async def _request_id(request: Request) -> str:
     return cast(str, request.state.request_id)
 
 
-def _admitted(request: Request) -> Callable[[], bool]:
+async def _admitted(request: Request) -> Callable[[], bool]:
     return cast(Callable[[], bool], request.state.admitted)
 
 
-def _caller(request: Request) -> str | None:
+async def _caller(request: Request) -> str | None:
     return cast("str | None", getattr(request.state, "caller", None))
 
 

@@ -9,7 +9,6 @@ result of a chunk is stored as soon as it is done, and never computed again. Eac
 A stage without unfinished chunks is *done*; the time slice that notices opens the next one.
 """
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -152,7 +151,7 @@ class Chunks:
         """
         names = [*self._names(job_id), self.keys.chunk_results(job_id, stage)]
         arguments = previous, stage, count, share, size, self._ttl
-        results = itertools.chain.from_iterable(known.items())
+        results: list[bytes | int] = [one for entry in known.items() for one in entry]
         return bool(scripts.OPEN_STAGE(self.client, names, *arguments, *results) == 1)
 
     def complete(self, job_id: str, chunk: ClaimedChunk, result: bytes, seconds: float) -> bool:

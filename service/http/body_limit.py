@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 from collections.abc import Collection
-from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from typing import Final
 
@@ -28,8 +27,8 @@ MOST_VALUES: Final = 100_000
 Parsing takes time for each value, and while it lasts nobody else is answered."""
 
 LARGE_BYTES: Final = 64 * 1024
-"""Bytes from which on bodies that are not uploads are parsed one at a time. Each takes the event
-loop for some 10 ms; others would wait for those of all clients."""
+"""Bytes from which on bodies that are not uploads are parsed one in a round of the event loop. Each
+takes it for some 10 ms; others would wait for those of all clients."""
 
 _SEPARATORS: Final = (b",", b"[", b"{")
 
@@ -83,18 +82,15 @@ class BodyLimit:
         headers = Headers(scope=scope)
         body = _Body(receive, self._allowance(scope["path"]), headers, self._patience)
         exchange = _Exchange(send, body)
-        async with AsyncExitStack() as turn:
-            await self._pass_on(scope, body, exchange, turn)
 
-    async def _pass_on(
-        self, scope: Scope, body: "_Body", exchange: "_Exchange", turn: AsyncExitStack
-    ) -> None:
         async def received() -> Message:
             if body.ended or body.allowance.values is None:
                 return await body.receive()
             whole = await body.whole()
             if len(whole.get("body", b"")) > LARGE_BYTES:
-                await turn.enter_async_context(self._turn)
+                await self._turn.acquire()
+                # It is parsed before the application waits for anything else.
+                asyncio.get_running_loop().call_soon(self._turn.release)
             return whole
 
         async def replaced(message: Message) -> None:
