@@ -118,7 +118,6 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
         raise JobWithoutResult(
             f"A job of kind {record.kind.value!r} has no arrays; ask for its result."
         )
-    packed_result(service, job_id)
     arrays = service.store.results.open_arrays(job_id)
     if arrays is None:
         raise result_expired()

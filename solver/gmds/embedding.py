@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
@@ -103,17 +104,20 @@ def _initial(
     control: Control | None,
 ) -> IntArray:
     """(N,) vertices of Y of least stress among samples with similar histograms."""
-    samples = target.sampling("geodesic", min(_SAMPLES, target.n_vertices))
+    samples = target.sampling("geodesic", min(max(_SAMPLES, len(vertices)), target.n_vertices))
     here = source.descriptor("geodesic_histogram", vertices)
     there = target.descriptor("geodesic_histogram", samples.indices)
     dissimilarity = np.linalg.norm(here[:, None] - there, axis=2)
-    # Where points compete for too few candidates, more are tried; all samples always suffice.
+    # Where points compete for too few candidates, more are tried. All samples suffice, and one
+    # correspondence of those is known, in case the time is over.
+    known = linear_sum_assignment(dissimilarity)[1]
     for count in (_CANDIDATES, 2 * _CANDIDATES, len(samples)):
         candidates = _most_similar(dissimilarity, count)
         problem = LabellingProblem(
             candidates, np.zeros(len(candidates)), distances, samples.distances
         )
-        found = m_best_solutions(problem, control=control)
+        entire = count == len(samples)
+        found = m_best_solutions(problem, known=known if entire else None, control=control)
         if len(found):
             break
     chosen: IntArray = samples.indices[found[0].answer]

@@ -1,6 +1,7 @@
 """Results of consistent maps: the improvement, its document, and the maps as arrays."""
 
 import io
+from collections.abc import Collection as Container
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -136,6 +137,7 @@ def _shape_reports(
     improved: ImprovedCollection,
 ) -> tuple[CollectionShape, ...]:
     found, reports = improved.found, []
+    doubtful = found.doubtful_shapes()
     for place, (shape, name) in enumerate(zip(payload.shapes, names, strict=True)):
         own, given = improved.shape(place), collection.shapes[place]
         before = None if own is None else found.before.of_shape(own)
@@ -143,7 +145,7 @@ def _shape_reports(
         reason = None
         if own is None:
             reason = given if isinstance(given, str) else "none of its pairs could be matched"
-        elif own in found.doubtful_shapes():
+        elif own in doubtful:
             reason = f"its maps disagree with the others: its cycle error is above {DOUBTFUL}"
         reports.append(
             CollectionShape(
@@ -164,8 +166,10 @@ def _pair_reports(
     collection: Collection,
     improved: ImprovedCollection,
 ) -> tuple[CollectionPair, ...]:
+    doubtful = frozenset(improved.found.doubtful_pairs())
     return tuple(
-        _pair_report(payload, names, pair, one, improved) for pair, one in collection.pairs.items()
+        _pair_report(payload, names, pair, one, improved, doubtful)
+        for pair, one in collection.pairs.items()
     )
 
 
@@ -175,6 +179,7 @@ def _pair_report(
     pair: Pair,
     given: PairwiseMap | str,
     improved: ImprovedCollection,
+    doubtful: Container[Pair],
 ) -> CollectionPair:
     source, target = pair
     unmapped = CollectionPair(
@@ -196,7 +201,7 @@ def _pair_report(
     own, found, replaced = improved.pair(pair), improved.found, improved.replaced(pair)
     confidence = given.confidence if replaced is None else replaced.confidence
     reason = None
-    if own in found.doubtful_pairs():
+    if own in doubtful:
         wrong = confidence.probability < 0.5
         about = "it is probably wrong" if wrong else f"its cycle error is above {DOUBTFUL}"
         reason = f"{about}; see its confidence and its cycle error"

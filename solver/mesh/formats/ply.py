@@ -55,6 +55,9 @@ _LONGEST_HEADER = 1 << 20
 
 _MOST_PROPERTIES = 1000
 """Every row is read property by property; files have some dozens."""
+_GREATEST_INTEGER = np.iinfo(np.int64).max
+_TOLD_APART = 2.0**53
+
 _COUNT = re.compile(r"[0-9]{1,100}")
 
 
@@ -116,7 +119,7 @@ def ply_columns(data: bytes) -> dict[str, tuple[dict[str, Values], FloatArray | 
     Raises
     ------
     MeshError
-        The bytes are not a complete PLY file.
+        The bytes are not a complete PLY file, or values of a property of integers are none.
     """
     elements, columns, _ = _read(data)
     found = {}
@@ -124,7 +127,7 @@ def ply_columns(data: bytes) -> dict[str, tuple[dict[str, Values], FloatArray | 
         rows = columns.get(element, {})
         types = elements[element].properties if rows else {}
         numbers = {
-            name: one.astype(np.float64 if types[name].kind.startswith("f") else np.int64)
+            name: one.astype(np.float64) if types[name].kind[0] == "f" else _integers(one, name)
             for name, one in rows.items()
             if isinstance(one, np.ndarray)
         }
@@ -203,6 +206,21 @@ def _numbers(columns: Columns, name: str) -> FloatArray:
     if not isinstance(values, np.ndarray):
         raise MeshError(f"the vertices of the PLY file have no {name}")
     return values.astype(np.float64)
+
+
+def _integers(values: Values, name: str) -> IntArray:
+    """(n,) values of a property of integers, which text may give with a point."""
+    whole = values <= _GREATEST_INTEGER
+    if values.dtype.kind == "f":
+        # Text is read as float64: beyond this, integers are not told apart.
+        whole = (np.abs(values) < _TOLD_APART) & (values == np.floor(values))
+    if not whole.all():
+        wrong = float(values[~whole][0])
+        raise MeshError(
+            f"the property {name[:80]} of the PLY file is declared as integers, and has the value"
+            f" {wrong:g}; declare it as float or double"
+        )
+    return values.astype(np.int64)
 
 
 def _polygons(columns: Columns) -> tuple[IntArray, IntArray]:

@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control, Status, iterate
@@ -64,6 +66,13 @@ class Enumeration:
     def proven(self) -> bool:
         """Whether no solution outside the list is better than its last."""
         return self.status is Status.CONVERGED
+
+    @classmethod
+    def empty(cls, problem: LabellingProblem) -> "Enumeration":
+        """Return that of a problem without solutions."""
+        partners = np.empty((0, problem.n_sources), dtype=np.int64)
+        none = np.empty(0, dtype=np.int64)
+        return cls(partners, np.empty(0), np.inf, 0, Status.CONVERGED, none)
 
     def __len__(self) -> int:
         return len(self.energies)
@@ -142,6 +151,8 @@ def m_best_solutions(
         raise ValueError("m must be at least 1")
     control = control or Control()
     control.check()
+    if not has_solutions(problem):
+        return Enumeration.empty(problem)
     own = ReparametrisedCosts.of(problem)
     best = _incumbents(problem, own, m, known)
     kept = np.arange(problem.n_candidates)
@@ -161,6 +172,19 @@ def m_best_solutions(
     bound = least if ended.status is Status.CONVERGED else min(root, least)
     nodes = int(search.counters[NODES])
     return Enumeration(partners, energies, bound, nodes, ended.status, kept)
+
+
+def has_solutions(problem: LabellingProblem) -> bool:
+    """Whether all points have partners of their own, or may be left unmatched.
+
+    A search needs exponential time to find out; a maximum matching tells at once.
+    """
+    if not problem.must_match_all:
+        return True
+    sources, targets = problem.candidates.T
+    shape = problem.n_sources, int(targets.max(initial=0)) + 1
+    graph = csr_array((np.ones(len(sources), dtype=np.int8), (sources, targets)), shape=shape)
+    return bool((maximum_bipartite_matching(graph, perm_type="column") >= 0).all())
 
 
 def _incumbents(

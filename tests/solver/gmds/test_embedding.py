@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from solver.control import Control
 from solver.errors import OptionError
 from solver.gmds import SurfacePoints, embed
 from solver.mesh import triangle_mesh
@@ -37,6 +38,11 @@ def test_the_stress_is_that_of_the_points_and_no_more_than_where_they_began(shap
     assert len(start) == 6
     assert found.solution.value <= found.solution.history[0]
     assert found.distortion == pytest.approx(np.sqrt(2.0 * found.solution.value / 30))
+
+
+def test_past_the_deadline_many_samples_have_distinct_images(shape: Shape) -> None:
+    found = embed(shape, Shape(shapes.torus()), 60, control=Control(deadline=0.0))
+    assert len(np.unique(found.initial)) == 60
 
 
 def test_more_samples_than_vertices_are_refused(shape: Shape) -> None:

@@ -1,6 +1,7 @@
 """The exact search against plain enumeration."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -101,6 +102,18 @@ def test_a_problem_without_solution_has_no_best_one() -> None:
     found = m_best_solutions(crowded)
     assert found.proven
     assert len(found.energies) == 0
+
+
+def test_more_source_than_target_points_are_known_to_have_no_solution() -> None:
+    """Without search, which takes exponential time."""
+    many, few = metric_instance(40, 40, 0), metric_instance(39, 39, 0)
+    pairs = np.argwhere(np.ones((40, 39)))
+    crowded = type(many)(pairs, np.zeros(len(pairs)), many.source_distances, few.target_distances)
+    found = m_best_solutions(crowded, 3)
+    assert found.proven
+    assert found.nodes == 0
+    assert found.partners.shape == (0, 40)
+    assert m_best_solutions(replace(crowded, occlusion_cost=1.0), node_limit=1).partners.size
 
 
 def test_m_best_of_explicit_problems() -> None:

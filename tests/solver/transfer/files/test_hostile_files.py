@@ -149,6 +149,24 @@ HOSTILE: dict[str, tuple[str, bytes, str]] = {
         b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n",
         "no attributes",
     ),
+    "ply label that is none": (
+        "ply",
+        b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty int label\n"
+        b"end_header\n0 1\n0 nan\n",
+        "label of the PLY file is declared as integers, and has the value nan",
+    ),
+    "ply label between two": (
+        "ply",
+        b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty int label\n"
+        b"end_header\n0 1\n0 2.7\n",
+        "has the value 2.7",
+    ),
+    "ply label that is too large": (
+        "ply",
+        b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty int64 label\n"
+        b"end_header\n0 99999999999999999999\n",
+        "has the value 1e\\+20",
+    ),
     "huge ply": (
         "ply",
         b"ply\nformat binary_little_endian 1.0\nelement vertex 99999999999999\n"
