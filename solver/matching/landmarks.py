@@ -2,9 +2,13 @@
 
 import numpy as np
 
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh
+
+_CONTRADICTED = 0.1
+"""Distance over √area from where a registration puts a landmark, beyond which it is contradicted:
+an answer whose mean error is larger counts as wrong."""
 
 
 def landmark_vertices(
@@ -50,3 +54,27 @@ def landmark_vertices(
                 )
             seen.add(vertex)
     return found
+
+
+def contradictions(images: FloatArray, partners: FloatArray, size: float) -> tuple[str, ...]:
+    """Name the landmarks that a registration contradicts.
+
+    Parameters
+    ----------
+    images, partners
+        (L, 3) positions on the target: where the registration puts the landmarks of the source, and
+        those that were given.
+    size
+        √area, in the same unit.
+
+    Returns
+    -------
+    A warning for each.
+    """
+    apart = np.linalg.norm(images - partners, axis=1) / size
+    return tuple(
+        f"landmarks.{place}: registered, its source vertex is {far:.2f} √area away from its target"
+        " vertex; correct the pair, unless the registration is wrong"
+        for place, far in enumerate(apart.tolist())
+        if far > _CONTRADICTED
+    )

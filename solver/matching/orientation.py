@@ -17,6 +17,7 @@ from solver.control import Control
 from solver.labelling import LINF
 from solver.matching.enumeration import further_solutions
 from solver.matching.hypothesis import Hypothesis, move_to_front
+from solver.matching.landmarks import contradictions
 from solver.matching.level import Level
 from solver.matching.options import MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
@@ -103,7 +104,11 @@ def orient(
         return replace(unchanged, warnings=("the shapes have too few vertices to be registered",))
     apart = [_distance(target, one.vertices(levels[-1]), found) for one in hypotheses]
     nearest = int(np.argmin(apart))
+    missed = _contradictions(target, landmarks, found)
+    if missed:
+        found = replace(found, confidence=found.confidence.against_landmarks())
     warnings = (
+        *missed,
         *((_REFLECTED,) if found.reflected and not len(landmarks[0]) else ()),
         *((_GLUED,) if found.glued else ()),
     )
@@ -173,6 +178,14 @@ def _distance(target: Shape, points: Points, found: Registration) -> float:
     positions = target.surface.vertices
     apart = positions[found.images(here)] - positions[there]
     return float(np.linalg.norm(apart, axis=1).mean()) / target.size
+
+
+def _contradictions(target: Shape, landmarks: Points, found: Registration) -> tuple[str, ...]:
+    here, there = landmarks
+    if not len(here):
+        return ()
+    positions = target.surface.vertices
+    return contradictions(positions[found.images(here)], positions[there], target.size)
 
 
 def _distances_from_images(target: Shape, found: Registration, coarse: Level) -> FloatArray:

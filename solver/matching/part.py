@@ -13,7 +13,7 @@ from solver.control import Control
 from solver.errors import OptionError
 from solver.matching.certification import certify, prove_over_samples
 from solver.matching.hypothesis import Hypothesis
-from solver.matching.landmarks import landmark_vertices
+from solver.matching.landmarks import contradictions, landmark_vertices
 from solver.matching.level import Level
 from solver.matching.options import BOTH, GMDS, SOURCE, MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
@@ -66,6 +66,12 @@ class KnownPart:
     partial: str
     is_source: bool
     landmarks: IntArray
+
+    @property
+    def images(self) -> IntArray:
+        """Nearest target vertices of all source vertices."""
+        found = self.surfaces
+        return (found.to_whole if self.is_source else found.to_part)[0]
 
     @property
     def probability(self) -> float:
@@ -165,12 +171,13 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
     best = certify(best, [level], control)
     proof = prove_over_samples([best], level, options, control)
     ids = source.mesh.vertex_ids, target.mesh.vertex_ids
-    warnings = (*too_few(count, options), *_without_effect(given))
+    missed = _contradictions(target, known)
+    warnings = (*too_few(count, options), *_without_effect(given), *missed)
     report = report_match([best], [level], ids, warnings, control, proof)
     return replace(
         report,
         dense=found.dense(known.is_source) if options.dense else None,
-        confidence=found.confidence,
+        confidence=found.confidence.against_landmarks() if missed else found.confidence,
         overlap=_overlap(known),
     )
 
@@ -219,13 +226,20 @@ def _placed(
 ) -> tuple[Hypothesis, Level]:
     """Match the points near their images."""
     found, points = known.surfaces, level.source.vertices
-    images = (found.to_whole if known.is_source else found.to_part)[0][points]
+    images = known.images[points]
     mapped = (found.part_covered if known.is_source else found.covered)[points]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
         wider = add_target_samples(source, target, level, images)
         placed = match_near_images(target, wider, images, mapped)
     assert placed is not None  # as points may stay unmatched
     return Hypothesis((solved_level(placed, clock.timings["refinement"]),)), wider
+
+
+def _contradictions(target: Shape, known: KnownPart) -> tuple[str, ...]:
+    """Landmarks that the registration contradicts, at the scale where the whole has unit area."""
+    here, there = known.landmarks.T
+    positions = target.mesh.vertices
+    return contradictions(positions[known.images[here]], positions[there], 1.0)
 
 
 def _overlap(known: KnownPart) -> Overlap:

@@ -7,6 +7,7 @@ from itertools import compress
 from solver.arrays import FloatArray
 from solver.control import Control
 from solver.registration.choice import Candidate, distinct, meeting
+from solver.registration.confidence import margin_of
 from solver.registration.reduction import ReducedTask
 from solver.registration.refined_fit import RefinedFit
 from solver.registration.refinement import refine_on_few
@@ -21,8 +22,7 @@ _DIFFERENT = 6
 
 def has_rivals(candidates: Sequence[Candidate]) -> bool:
     """Whether others than the best, which comes first, may be better once they are refined."""
-    best, *others = candidates
-    return any(one.fit.score < best.fit.score + _RIVAL for one in others)
+    return margin_of([one.fit.score for one in candidates]) < _RIVAL
 
 
 @dataclass(frozen=True, eq=False)

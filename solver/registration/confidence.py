@@ -36,11 +36,18 @@ CLOSE = 0.25
 """Difference of scores below which another correspondence fits nearly as well: on generated pairs,
 half of the answers by less are wrong."""
 
+EXACT = -16.0
+REFINED_EXACT = -12.0
+"""Scores of fits in eigenfunctions, and of those refined on few vertices, below which surfaces are
+equal but for their sampling: which of two such fits is better says nothing. A ball fits itself
+turned by any angle with -18 and -14; a generated person in another pose fits with -13."""
+
 RIVAL = "another correspondence, such as an exchange of two sides, fits nearly as well"
 MISFIT = "large parts of the surfaces do not fit one another"
 REFLECTED = (
     "only the mirror image of the source fits: one of the two seems to be reflected in space"
 )
+CONTRADICTED = "landmarks that were given are far from where the surfaces fit"
 LITTLE = "little of the surfaces has a partner, and a small patch fits in many places"
 UNFINISHED = "the time limit ended the search"
 
@@ -64,17 +71,51 @@ class Confidence:
     reasons: tuple[str, ...]
     measures: Mapping[str, float] = field(default_factory=dict)
 
+    def among(self, margin: float) -> "Confidence":
+        """Return the confidence in an answer beside the best of others that differ.
+
+        Where that is close, at most a half: at most one of the two is right.
+
+        Parameters
+        ----------
+        margin
+            How much greater the score of the other is.
+        """
+        if margin >= CLOSE:
+            return self
+        reasons = tuple(dict.fromkeys((RIVAL, *self.reasons)))
+        return replace(self, probability=min(self.probability, 0.5), reasons=reasons)
+
     def of_reflection(self) -> "Confidence":
         """Return the confidence in an answer of the reflected source.
 
         It is halved: where a body is symmetric, its mirror image fits as well as itself.
         """
-        return replace(self, probability=0.5 * self.probability, reasons=(REFLECTED, *self.reasons))
+        return self._halved(REFLECTED)
+
+    def against_landmarks(self) -> "Confidence":
+        """Return the confidence in an answer that contradicts landmarks.
+
+        It is halved: either may be wrong.
+        """
+        return self._halved(CONTRADICTED)
+
+    def _halved(self, reason: str) -> "Confidence":
+        return replace(self, probability=0.5 * self.probability, reasons=(reason, *self.reasons))
 
 
-def margin_of(scores: Sequence[float]) -> float:
-    """How much greater the least of the other scores is than the first; infinite if it is alone."""
-    return min(scores[1:], default=float("inf")) - scores[0]
+def margin_of(scores: Sequence[float], exact: float = -np.inf) -> float:
+    """How much greater the least of the other scores is than the first; infinite if it is alone.
+
+    Parameters
+    ----------
+    scores
+        The least first.
+    exact
+        Those that are less count as this.
+    """
+    best, *others = (max(one, exact) for one in scores)
+    return min(others, default=float("inf")) - best
 
 
 def measured_margin(margin: float) -> float:

@@ -24,6 +24,8 @@ from solver.registration.choice import (
 from solver.registration.comparison import Compared, best_compared, compare, has_rivals
 from solver.registration.confidence import (
     CLOSE,
+    EXACT,
+    REFINED_EXACT,
     SURE,
     Confidence,
     confidence_of,
@@ -38,6 +40,10 @@ from solver.registration.surface import Samples
 _BEYOND_DOUBT = 0.98
 """Probability by eigenfunctions from which nothing more is searched. Of the generated answers that
 they call sure, 3 of 56 are wrong, but none from here on."""
+
+_REPEATED = 1.01
+"""Ratio of eigenvalues below which they are the same; of scanned people and animals the second is
+1.13 to 3.3 times the first."""
 
 _KEPT = 16
 """Best candidates of the coarse stages that go through the fine ones."""
@@ -106,12 +112,14 @@ def search(
     """
     coarse, halfway, found = _begun(task, hypotheses, control)
     known = confidence_in(found, control)
-    if control.expired or (known.probability >= _BEYOND_DOUBT and not has_rivals(found)):
-        return Found(tuple(found), known)
+    beyond_doubt = known.probability >= _BEYOND_DOUBT and not has_rivals(found)
+    if control.expired or (beyond_doubt and not _is_turned_onto_itself(task)):
+        exact = margin_of([one.fit.score for one in found], EXACT)
+        return Found(tuple(found), known.among(exact))
     try:
         further = _FurtherSearch(task, reduced(FEW_VERTICES), known, control)
         best = best_compared(further.run(coarse, [*found, *halfway], hypotheses, others=others))
-        margin = margin_of([one.fit.score for one in best])
+        margin = margin_of([one.fit.score for one in best], REFINED_EXACT)
         said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
         if margin < CLOSE and said.probability < SURE and not control.expired:
             control.report(STAGE, 0.8)
@@ -129,6 +137,15 @@ def search(
         return Found(tuple(found), known)
     chosen, *rest = (one.candidate for one in best)
     return Found((*register_finely(task, [chosen], control), *rest), said)
+
+
+def _is_turned_onto_itself(task: Task) -> bool:
+    """Whether both surfaces have a repeated first eigenvalue, as those that rotations keep.
+
+    Any rotation of their eigenfunctions is as good: candidates by signs are few of many.
+    """
+    spectra = task.source.spectrum, task.target.spectrum
+    return all(one.eigenvalues[2] < _REPEATED * one.eigenvalues[1] for one in spectra)
 
 
 def first_found(task: Task, hypotheses: Sequence[Points], control: Control) -> Found:
@@ -171,7 +188,8 @@ def _choice_of_rivals(
     The chosen one and the others, and how much greater the score of the best other is; ``None``
     where the time is over before all are refined.
     """
-    rivals = [one for one in best if one.fit.score < best[0].fit.score + CLOSE]
+    margins = [margin_of([best[0].fit.score, one.fit.score], REFINED_EXACT) for one in best]
+    rivals = [one for one, margin in zip(best, margins, strict=True) if margin < CLOSE]
     scores = [
         refine_on(reduced, one.candidate, control).fit.score
         for one in control.in_time(rivals, least=1)
@@ -180,8 +198,7 @@ def _choice_of_rivals(
         return None
     chosen = rivals[int(np.argmin(scores))]
     order = [chosen, *(one for one in best if one is not chosen)]
-    farther = [one.fit.score - best[0].fit.score for one in best[len(rivals) :]]
-    return order, min([margin_of(sorted(scores)), *farther])
+    return order, min([margin_of(sorted(scores)), *margins[len(rivals) :]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +270,7 @@ class _FurtherSearch:
 
     def _is_sure(self, compared: Sequence[Compared]) -> bool:
         best = best_compared(compared)
-        margin = margin_of([one.fit.score for one in best])
+        margin = margin_of([one.fit.score for one in best], REFINED_EXACT)
         return refined_confidence(self.known, best[0].fit, margin).probability >= SURE
 
 

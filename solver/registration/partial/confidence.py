@@ -27,6 +27,9 @@ those of ``--both --count 22``, without and with ``--first 100``, plus log 3; 41
 generated pairs are right. Wrong answers fit as well as right ones, so that only the margin tells:
 without any, right and wrong ones are as probable, and only answers of the greatest are sure."""
 
+_EXACT = -20.0
+"""Score below which surfaces are equal but for their sampling. A brick fits itself turned round
+with -21, a torus by any angle with -23; of parts of people, right answers score -12 to -16."""
 
 _COVERED = 0.25
 """Share of both areas below which the probability falls with it: all that it was fitted to cover
@@ -64,4 +67,5 @@ def part_confidence(
     if covered < _COVERED:
         probability *= covered / _COVERED
         reasons = (LITTLE, *reasons)
-    return Confidence(probability, reasons, MappingProxyType(measures))
+    exact = margin_of([one.score for one in fits], _EXACT)
+    return Confidence(probability, reasons, MappingProxyType(measures)).among(exact)

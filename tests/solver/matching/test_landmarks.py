@@ -7,6 +7,7 @@ from solver.arrays import IntArray
 from solver.errors import OptionError
 from solver.matching import MatchOptions, build_level, match
 from solver.mesh import triangle_mesh
+from solver.registration.confidence import CONTRADICTED
 from solver.shape import Shape
 from synthetic import SyntheticShape, correspondence, human
 from tests.solver import shapes
@@ -54,6 +55,27 @@ def test_landmarks_choose_between_symmetric_matches(
         pairs = dict(zip(answer.source.tolist(), answer.target.tolist(), strict=True))
         assert set(known) <= set(pairs.items())
     assert found.levels[-1].lower_bound <= found.best.energy
+
+
+@pytest.mark.parametrize("partial", ["none", "source"])
+def test_a_landmark_that_the_surfaces_contradict_is_named(
+    figures: Pair, pair: tuple[Shape, Shape], partial: str
+) -> None:
+    truth, rest = correspondence(*figures), figures[0].rest
+    head, hand, foot = (
+        int((rest @ axis).argmax()) for axis in np.array([[0, 1], [1, 0], [0, -1]]) @ np.eye(2, 3)
+    )
+    good = tuple((vertex, int(truth[vertex])) for vertex in (head, hand))
+    known = match(*pair, MatchOptions(points=12, partial=partial, landmarks=good))
+    assert known.confidence is not None
+    assert not any(one.startswith("landmarks") for one in known.warnings)
+    wrong = foot, int(truth[int(rest[:, 0].argmin())])
+    found = match(*pair, MatchOptions(points=12, partial=partial, landmarks=(*good, wrong)))
+    assert found.confidence is not None
+    (warning,) = (one for one in found.warnings if one.startswith("landmarks"))
+    assert warning.startswith("landmarks.2: registered, its source vertex is")
+    assert CONTRADICTED in found.confidence.reasons
+    assert found.confidence.probability <= 0.5 < known.confidence.probability
 
 
 @pytest.mark.parametrize("occlusion_cost", [None, 0.5])

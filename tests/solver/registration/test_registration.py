@@ -12,7 +12,7 @@ from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration import DenseCorrespondence, Registration, register
 from solver.registration.candidates import NO_LANDMARKS
-from solver.registration.confidence import UNFINISHED
+from solver.registration.confidence import RIVAL, UNFINISHED
 from solver.registration.surface import SmoothSurface
 from solver.shape import Shape
 from synthetic import correspondence, human
@@ -69,6 +69,25 @@ def test_a_rigidly_moved_copy_is_found_to_rounding(blob: Shape, change: str) -> 
     np.testing.assert_allclose(dense.barycentric.sum(axis=1), 1.0)
     assert not found.reflected
     assert found.confidence.reasons == ()
+
+
+@pytest.mark.parametrize("finer", [False, True])
+def test_a_symmetric_surface_is_registered_with_doubt(finer: bool) -> None:
+    """A ball lies on itself in any position, and a finer triangulation of it."""
+    ball, other = shapes.icosphere(3), shapes.icosphere(3 + finer)
+    order = np.random.default_rng(5).permutation(other.n_vertices)
+    turned = triangle_mesh(other.vertices[order], np.argsort(order)[other.faces])
+    found = register(Shape(ball), Shape(turned), (), Control())
+    assert found is not None
+    assert found.confidence.probability <= 0.5
+    assert RIVAL in found.confidence.reasons
+
+
+def test_a_torus_is_registered_to_its_copy_with_doubt() -> None:
+    torus = Shape(shapes.torus())
+    found = register(torus, torus, (), Control())
+    assert found is not None
+    assert found.confidence.probability <= 0.5
 
 
 def test_the_inverse_of_a_permuted_copy_is_the_inverse_permutation(blob: Shape) -> None:

@@ -7,13 +7,17 @@ from scipy.spatial.transform import Rotation
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.errors import Cancelled
+from solver.functional_maps import FunctionalMap
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration import reduction
+from solver.registration.confidence import RIVAL
 from solver.registration.partial import PartMap, register_part
-from solver.registration.partial.cover import largest_patch
+from solver.registration.partial.cover import covered_by_part, covered_by_whole, largest_patch
 from solver.registration.surface import smooth_surface
+from solver.registration.surface_map import SurfaceMap
 from solver.shape import Shape
 from synthetic import human
+from tests.solver.shapes import icosphere, plane_grid
 
 SCALE = 3.0
 
@@ -130,6 +134,26 @@ def test_units_of_length_do_not_matter(
 def test_every_point_of_a_part_has_a_partner(found: PartMap) -> None:
     assert found.part_covered.all()
     assert found.part_share == 1.0
+
+
+@pytest.mark.parametrize("flipped", [False, True])
+def test_partners_are_found_between_the_vertices_of_coarse_meshes(flipped: bool) -> None:
+    """A ball of 42 vertices covers one of 2,562, whose edges are a tenth as long; and back."""
+    balls = [smooth_surface(Shape(icosphere(level))) for level in (4, 1)]
+    whole, part = balls[::-1] if flipped else balls
+    known = SurfaceMap(whole, part, FunctionalMap(np.eye(1)), whole.mesh.vertices, reflected=False)
+    known = known.moved(known.positions)
+    images, back = known.images(), known.inverse()
+    assert covered_by_part(known, images, back).all()
+    assert covered_by_whole(known, images, back, 1.0).all()
+
+
+def test_a_square_that_fits_in_four_ways_is_doubted() -> None:
+    square = Shape(plane_grid(15, 15, 1.0))
+    found = register_part(square, square, Control())
+    assert found is not None
+    assert found.confidence.probability <= 0.5
+    assert RIVAL in found.confidence.reasons
 
 
 def test_the_largest_patch_is_kept(whole: Shape) -> None:
