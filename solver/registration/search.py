@@ -112,24 +112,29 @@ def search(
     """
     coarse, halfway, found = _begun(task, hypotheses, control)
     known = confidence_in(found, control)
+    scores = [one.fit.score for one in found]
     beyond_doubt = known.probability >= _BEYOND_DOUBT and not has_rivals(found)
-    if control.expired or (beyond_doubt and not _is_turned_onto_itself(task)):
-        exact = margin_of([one.fit.score for one in found], EXACT)
-        return Found(tuple(found), known.among(exact))
+    if control.expired or (beyond_doubt and (scores[0] < EXACT or not _has_rotations(task))):
+        return Found(tuple(found), known.among(margin_of(scores, EXACT)))
     try:
         further = _FurtherSearch(task, reduced(FEW_VERTICES), known, control)
         best = best_compared(further.run(coarse, [*found, *halfway], hypotheses, others=others))
-        margin = margin_of([one.fit.score for one in best], REFINED_EXACT)
+        scores = [one.fit.score for one in best]
+        margin = margin_of(scores)
         said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
+        among = None
         if margin < CLOSE and said.probability < SURE and not control.expired:
             control.report(STAGE, 0.8)
             among = _choice_of_rivals(best, reduced(MANY_VERTICES), control)
-            best, margin = among or (best, margin)
+        if among is None:
+            said = said.among(margin_of(scores, REFINED_EXACT))
+        else:
+            best, margin = among
             said = refined_confidence(
                 known,
                 best[0].fit,
                 margin,
-                among_rivals=among is not None,
+                among_rivals=True,
                 complete=not control.expired,
             )
     except MeshError:
@@ -139,8 +144,8 @@ def search(
     return Found((*register_finely(task, [chosen], control), *rest), said)
 
 
-def _is_turned_onto_itself(task: Task) -> bool:
-    """Whether both surfaces have a repeated first eigenvalue, as those that rotations keep.
+def _has_rotations(task: Task) -> bool:
+    """Whether both surfaces have a repeated first eigenvalue, as those have that rotations keep.
 
     Any rotation of their eigenfunctions is as good: candidates by signs are few of many.
     """
@@ -188,8 +193,7 @@ def _choice_of_rivals(
     The chosen one and the others, and how much greater the score of the best other is; ``None``
     where the time is over before all are refined.
     """
-    margins = [margin_of([best[0].fit.score, one.fit.score], REFINED_EXACT) for one in best]
-    rivals = [one for one, margin in zip(best, margins, strict=True) if margin < CLOSE]
+    rivals = [one for one in best if one.fit.score < best[0].fit.score + CLOSE]
     scores = [
         refine_on(reduced, one.candidate, control).fit.score
         for one in control.in_time(rivals, least=1)
@@ -198,7 +202,8 @@ def _choice_of_rivals(
         return None
     chosen = rivals[int(np.argmin(scores))]
     order = [chosen, *(one for one in best if one is not chosen)]
-    return order, min([margin_of(sorted(scores)), *margins[len(rivals) :]])
+    farther = [one.fit.score - best[0].fit.score for one in best[len(rivals) :]]
+    return order, min([margin_of(sorted(scores)), *farther])
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,7 +275,7 @@ class _FurtherSearch:
 
     def _is_sure(self, compared: Sequence[Compared]) -> bool:
         best = best_compared(compared)
-        margin = margin_of([one.fit.score for one in best], REFINED_EXACT)
+        margin = margin_of([one.fit.score for one in best])
         return refined_confidence(self.known, best[0].fit, margin).probability >= SURE
 
 
