@@ -36,11 +36,12 @@ CLOSE = 0.25
 """Difference of scores below which another correspondence fits nearly as well: on generated pairs,
 half of the answers by less are wrong."""
 
-EXACT = -16.0
+EXACT = -15.0
 REFINED_EXACT = -12.0
 """Scores of fits in eigenfunctions, and of those refined on few vertices, below which surfaces are
 equal but for their sampling: which of two such fits is better says nothing. A ball fits itself
-turned by any angle with -18 and -14; a generated person in another pose fits with -13."""
+turned by any angle with -18 and -14, a starfish turned by an arm with -16 and -14; a generated
+person in another pose fits with -13."""
 
 RIVAL = "another correspondence, such as an exchange of two sides, fits nearly as well"
 MISFIT = "large parts of the surfaces do not fit one another"
@@ -71,20 +72,23 @@ class Confidence:
     reasons: tuple[str, ...]
     measures: Mapping[str, float] = field(default_factory=dict)
 
-    def among(self, margin: float) -> "Confidence":
-        """Return the confidence in an answer beside the best of others that differ.
+    def among(self, scores: Sequence[float], exact: float) -> "Confidence":
+        """Return the confidence in the first of some answers, of which others may be exact, too.
 
-        Where that is close, at most a half: at most one of the two is right.
+        Then it is at most that in one of two that fit equally.
 
         Parameters
         ----------
-        margin
-            How much greater the score of the other is.
+        scores
+            The least first.
+        exact
+            Score below which a fit is exact.
         """
-        if margin >= CLOSE:
+        if min(scores[1:], default=exact) >= exact:
             return self
         reasons = tuple(dict.fromkeys((RIVAL, *self.reasons)))
-        return replace(self, probability=min(self.probability, 0.5), reasons=reasons)
+        equal = probability_of({}, {}, _CHOICE_INTERCEPT)
+        return replace(self, probability=min(self.probability, equal), reasons=reasons)
 
     def of_reflection(self) -> "Confidence":
         """Return the confidence in an answer of the reflected source.
@@ -104,18 +108,9 @@ class Confidence:
         return replace(self, probability=0.5 * self.probability, reasons=(reason, *self.reasons))
 
 
-def margin_of(scores: Sequence[float], exact: float = -np.inf) -> float:
-    """How much greater the least of the other scores is than the first; infinite if it is alone.
-
-    Parameters
-    ----------
-    scores
-        The least first.
-    exact
-        Those that are less count as this.
-    """
-    best, *others = (max(one, exact) for one in scores)
-    return min(others, default=float("inf")) - best
+def margin_of(scores: Sequence[float]) -> float:
+    """How much greater the least of the other scores is than the first; infinite if it is alone."""
+    return min(scores[1:], default=float("inf")) - scores[0]
 
 
 def measured_margin(margin: float) -> float:

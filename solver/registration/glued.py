@@ -18,7 +18,7 @@ from solver.control import Control
 from solver.errors import MeshError
 from solver.registration.candidates import Points
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
-from solver.registration.confidence import REFINED_EXACT, Confidence, margin_of, refined_confidence
+from solver.registration.confidence import Confidence, margin_of, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases, torn_off
 from solver.registration.reduction import FEW_VERTICES, ReducedTask, reduction, whole_maps
 from solver.registration.refinement import (
@@ -187,7 +187,7 @@ def search_opened(
     confidence = refined_confidence(
         confidence_in([refined[row][0].candidate for row in rows], control),
         fit,
-        margin_of([refined[row][1].score for row in rows], REFINED_EXACT),
+        margin_of([refined[row][1].score for row in rows]),
         complete=not control.expired,
     )
     if ours.shape is source and theirs.shape is target:

@@ -115,7 +115,7 @@ def search(
     scores = [one.fit.score for one in found]
     beyond_doubt = known.probability >= _BEYOND_DOUBT and not has_rivals(found)
     if control.expired or (beyond_doubt and (scores[0] < EXACT or not _has_rotations(task))):
-        return Found(tuple(found), known.among(margin_of(scores, EXACT)))
+        return Found(tuple(found), known.among(scores, EXACT))
     try:
         further = _FurtherSearch(task, reduced(FEW_VERTICES), known, control)
         best = best_compared(further.run(coarse, [*found, *halfway], hypotheses, others=others))
@@ -127,7 +127,7 @@ def search(
             control.report(STAGE, 0.8)
             among = _choice_of_rivals(best, reduced(MANY_VERTICES), control)
         if among is None:
-            said = said.among(margin_of(scores, REFINED_EXACT))
+            said = said.among(scores, REFINED_EXACT)
         else:
             best, margin = among
             said = refined_confidence(

@@ -45,6 +45,13 @@ _LONELY = 4.0
 factor: Breunig, Kriegel, Ng and Sander, SIGMOD 2000), beyond which a point is an outlier. None of
 100,000 uniformly random points on a surface is."""
 
+_SPARSE = 8.0
+"""The same distance, in its median over the cloud, beyond which points lie in no surface. Of people
+and animals it is 4.7 at most, of stray points in the space round them 10 and more."""
+
+_STRAY = 0.05
+"""Most of the points that are left out for that: more may be a surface that is sampled unevenly."""
+
 _JITTER = 0.01
 """Displacement, in distances to the nearest point, before points are triangulated: four points of a
 regular grid are on a circle, and have to agree on a diagonal."""
@@ -143,7 +150,9 @@ def _outliers(points: FloatArray) -> BoolArray:
     distances, near = KDTree(points).query(points, _NEAR + 1)
     mean = np.asarray(distances)[:, 1:].mean(axis=1)
     alone: BoolArray = mean > _LONELY * np.median(mean[np.asarray(near)[:, 1:]], axis=1)
-    return alone
+    # Stray points are near others of their kind, too.
+    stray: BoolArray = mean > _SPARSE * np.median(mean)
+    return alone | stray if stray.mean() <= _STRAY else alone
 
 
 def _triangulated(points: FloatArray, given: FloatArray | None) -> tuple[IntArray, IntArray]:

@@ -67,5 +67,5 @@ def part_confidence(
     if covered < _COVERED:
         probability *= covered / _COVERED
         reasons = (LITTLE, *reasons)
-    exact = margin_of([one.score for one in fits], _EXACT)
-    return Confidence(probability, reasons, MappingProxyType(measures)).among(exact)
+    found = Confidence(probability, reasons, MappingProxyType(measures))
+    return found.among([one.score for one in fits], _EXACT)

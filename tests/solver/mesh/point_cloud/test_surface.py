@@ -127,6 +127,23 @@ def test_outliers_and_repeated_points_are_left_out_with_a_warning() -> None:
         assert said in mesh.warnings
 
 
+def test_stray_points_in_the_space_round_a_surface_are_left_out() -> None:
+    """They are near one another, too."""
+    body = shapes.icosphere(4).vertices
+    around = np.random.default_rng(6).uniform(-3.0, 3.0, (80, 3))
+    stray = around[np.abs(np.linalg.norm(around, axis=1) - 1.0) > 0.5]
+    mesh = cloud(np.concatenate([body, stray]))
+    np.testing.assert_array_equal(mesh.vertex_ids, np.arange(len(body)))
+    assert f"left out {len(stray)} outliers, far from all other points" in mesh.warnings
+
+
+def test_a_surface_that_is_sampled_unevenly_is_kept() -> None:
+    """One half of a sphere has thirty times as many points as the other."""
+    points = on_sphere(20_000)
+    kept = points[(points[:, 2] > 0.0) | (np.arange(len(points)) % 30 == 0)]
+    assert cloud(kept).area > 0.9 * 4.0 * np.pi
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [
