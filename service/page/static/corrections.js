@@ -6,15 +6,26 @@ export class Corrections extends EventTarget {
   #history;
   #dragged = null;
 
-  constructor(points) {
+  /** @param {Array<Array>} moves index and position of each landmark that was moved before: see `moves` */
+  constructor(points, moves = []) {
     super();
     this.#original = points;
     this.#history = [points];
+    if (moves.length > 0) this.#history.push(moves.reduce((moved, [i, point]) => moved.with(i, point), points));
   }
 
   /** The positions, that of a landmark being dragged included. */
   get points() {
     return this.#dragged ?? this.#history.at(-1);
+  }
+
+  get dragging() {
+    return this.#dragged !== null;
+  }
+
+  /** Index and position of each landmark that is moved. */
+  get moves() {
+    return this.points.flatMap((point, i) => (this.moved(i) ? [[i, point]] : []));
   }
 
   get canUndo() {

@@ -9,7 +9,7 @@ const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDow
 const FINE = 0.1;
 
 /**
- * @param {Array<Object>} landmarks `label` and `confidence`, which is null if there is none
+ * @param {Array<Object>} landmarks `label`, `lack`, which says why it has no point, and `confidence`, which is null if there is none
  * @param {Corrections} corrections of their positions
  * @param {Selection} selection the landmark that is highlighted
  * @param {function(number, number, number)} step moves a landmark by steps to the right and up
@@ -25,10 +25,10 @@ export function landmarkTable(landmarks, corrections, selection, step) {
   return table("Choose a landmark to highlight it on both shapes.", heads, rows.map(({ node }) => node), { class: "pairs" });
 }
 
-function row({ label, confidence }, i, corrections, selection, step, sure) {
+function row({ label, lack, confidence }, i, corrections, selection, step, sure) {
   const missing = corrections.points[i] === null;
   const choose = chooseButton(label, i, selection, step, missing);
-  const said = h("span", {}, missing ? "missing" : "");
+  const said = h("span", {}, lack);
   const reset = button("Reset", () => {
     choose.focus();
     corrections.reset(i);

@@ -9,6 +9,8 @@ import { resultOf } from "./events.js";
 import { choiceField } from "./fields.js";
 import { isOff, turnOff } from "./focus.js";
 import { several } from "./format.js";
+import { keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
+import { inFile, onSurface } from "./landmark_distance.js";
 import { FORMATS, readLandmarks, writeLandmarks } from "./landmark_files.js";
 import { LandmarkScenes } from "./landmark_scenes.js";
 import { landmarkTable } from "./landmark_table.js";
@@ -22,11 +24,10 @@ const ENDS = ["source", "target"];
 const [SOURCE, TARGET] = [0, 1];
 /** Length of a step by an arrow key, in units of half the shape's size. */
 const STEP = 0.01;
-/** Distance from the surface, over √area, above which landmarks are reported. */
-const FAR = 0.05;
 const SYSTEMS = [["LPS", "LPS, as 3D Slicer stores models"], ["RAS", "RAS"]];
 const KEYS = "Drag a landmark on the target, or choose it here and press an arrow key: it moves along the surface, with Shift in"
-  + " finer steps. Landmarks are points of the mesh itself, even where the drawing is simplified.";
+  + " finer steps. Landmarks are points of the mesh itself, even where the drawing is simplified. They are kept in this tab until it"
+  + " is closed.";
 
 export async function landmarkView(place, [id], signal) {
   const match = await get(`/v1/jobs/${encodeURIComponent(id)}`, signal);
@@ -47,6 +48,12 @@ export async function landmarkView(place, [id], signal) {
   const system = choiceField("coordinates", "Coordinates of the meshes", SYSTEMS, 0,
     "Positions in files of 3D Slicer name their coordinate system and are converted to that of the meshes.");
   let newest = null;
+  const show = (shown) => {
+    const { file, end, given, points, remark } = shown;
+    fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file}.`), remark === null ? null : h("p", { class: "warnings" }, remark));
+    const landmarks = given.map((landmark, i) => landmarkOn(landmark, end, points[end][i]));
+    return showLandmarks(list, landmarks, shown, { match: id, sides, selection, scenes });
+  };
   const take = (end) => async ([file]) => {
     if (file === undefined) return;
     newest = file;
@@ -54,13 +61,14 @@ export async function landmarkView(place, [id], signal) {
     try {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates);
-      const here = onSurface(given, sides[end]);
+      const { points: here, remark } = onSurface(given, sides[end]);
+      if (here.every((point) => point === null)) {
+        throw new Problem(0, { title: "No landmark to carry", detail: remark ?? "All landmarks of this file are missing." });
+      }
       const there = await carried(match, end, here, sides, signal);
       if (signal.aborted || newest !== file) return;
       const points = end === SOURCE ? [here, there] : [there, here];
-      const landmarks = given.map((landmark) => landmarkOn(landmark, end));
-      fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file.name}.`), remark(given, here, sides[end]));
-      await showLandmarks(list, landmarks, points, { sides, selection, scenes, coordinates });
+      await show({ file: file.name, end, coordinates, given, points, remark, moves: [] });
     } catch (error) {
       if (!signal.aborted && newest === file) fill(said, problemBox(error));
     }
@@ -73,6 +81,11 @@ export async function landmarkView(place, [id], signal) {
       landmarkFileArea("target", shapes[TARGET], "To correct them; files of isomatch landmarks have a confidence.", take(TARGET)),
       system),
     said, h("div", { class: "columns corrected" }, pictures, list));
+  const kept = keptLandmarks(id);
+  if (kept !== null) {
+    system.querySelector("select").value = kept.coordinates;
+    show(kept);
+  }
   await scenes.begin();
 }
 
@@ -82,35 +95,13 @@ const landmarkFileArea = (end, { name }, about, take) => fileArea(
   { id: `landmarks-${end}`, accept: ".json,.fcsv,.csv" }, [h("strong", {}, `Choose landmarks of the ${end}`), `, ${name}`],
   `MRK.JSON, FCSV or CSV. ${about}`, take);
 
-// What is known of a landmark of the target, from a file of the end `end`.
-function landmarkOn({ label, remark: description }, end) {
+// What is known of a landmark of the target, from a file of the end `end` and its point there; `lack` says why it has none.
+function landmarkOn({ label, remark: description, position }, end, point) {
   const remarkThere = end === TARGET ? description : "";
-  return { label, remark: remarkThere, confidence: remarkThere.match(/^confidence (\d+(?:\.\d+)?)$/)?.[1] ?? null };
-}
-
-// The nearest points of a surface, null where a landmark is missing.
-function onSurface(landmarks, { unrotated }) {
-  const { origin, scale } = unrotated;
-  return landmarks.map(({ position }) => (position === null ? null
-    : nearestPoint(unrotated, position.map((value, k) => (value - origin[k]) / scale))));
-}
-
-/** Position of a point in the coordinates of the shape's file. */
-function inFile({ unrotated }, point) {
-  const place = positionOf(unrotated.positions, point);
-  return place.map((value, k) => unrotated.origin[k] + unrotated.scale * value);
-}
-
-// A note on landmarks that are far from the surface, or null.
-function remark(landmarks, points, side) {
-  const size = Math.sqrt(side.shape.area);
-  const apart = landmarks.map(({ position }, i) => (position === null ? 0
-    : Math.hypot(...inFile(side, points[i]).map((value, k) => value - position[k])) / size));
-  const far = apart.filter((distance) => distance > FAR).length;
-  if (far === 0) return null;
-  const worst = landmarks[apart.indexOf(Math.max(...apart))].label;
-  return h("p", { class: "warnings" }, `${far} of them ${far === 1 ? "is" : "are"} far from the surface, "${worst}" most of all; the nearest points of the`
-    + " surface are taken. Are these landmarks of this mesh, and are its coordinates named rightly?");
+  return {
+    label, remark: remarkThere, lack: point !== null ? "" : position === null ? "missing" : "left out",
+    confidence: remarkThere.match(/^confidence (\d+(?:\.\d+)?)$/)?.[1] ?? null,
+  };
 }
 
 // The images of points on the other shape, by a transfer of the service.
@@ -119,7 +110,6 @@ async function carried(match, end, points, sides, signal) {
   const given = points.filter((point) => point !== null).map(({ corners, weights }) => ({
     vertices: corners.map((corner) => here.geometry.numbers[corner]), weights: weights.map((weight) => Math.max(0, weight)),
   }));
-  if (given.length === 0) throw new Problem(0, { title: "Nothing to carry", detail: "All landmarks of this file are missing." });
   const job = await post("/v1/transfers", {
     match: match.id, what: "landmarks", direction: end === SOURCE ? "source_to_target" : "target_to_source", points: given,
   });
@@ -127,9 +117,10 @@ async function carried(match, end, points, sides, signal) {
   return points.map((point) => (point === null ? null : found.shift()));
 }
 
-async function showLandmarks(list, landmarks, [source, target], { sides, selection, scenes, coordinates }) {
+async function showLandmarks(list, landmarks, shown, { match, sides, selection, scenes }) {
   const side = sides[TARGET];
-  const corrections = new Corrections(target);
+  const [source, target] = shown.points;
+  const corrections = new Corrections(target, shown.moves);
   const step = (i, right, up) => {
     const [across, upwards] = scenes.axes;
     const before = corrections.points[i];
@@ -142,6 +133,7 @@ async function showLandmarks(list, landmarks, [source, target], { sides, selecti
   const update = () => {
     turnOff(undo, !corrections.canUndo);
     turnOff(resetAll, !corrections.anyMoved);
+    if (!corrections.dragging) keepLandmarks(match, { ...shown, moves: corrections.moves });
   };
   corrections.addEventListener("change", update);
   update();
@@ -149,7 +141,7 @@ async function showLandmarks(list, landmarks, [source, target], { sides, selecti
   const text = (format) => writeLandmarks(format, name, landmarks.map(({ label, remark: description }, i) => ({
     label, remark: corrections.moved(i) ? "corrected" : description,
     position: corrections.points[i] === null ? null : inFile(side, corrections.points[i]),
-  })), coordinates);
+  })), shown.coordinates);
   selection.clear();
   list.hidden = false;
   fill(list,

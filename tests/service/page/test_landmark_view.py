@@ -228,10 +228,64 @@ def test_landmarks_of_the_target_keep_their_confidence(
         page.locator("#landmarks-source").set_input_files(str(broken))
         box = page.get_by_role("alert")
         expect(box).to_contain_text('line 2: "here" is not a finite number')
-        far = tmp_path / "far.csv"
-        isomatch.write_landmarks(far, [isomatch.LandmarkSet(("a",), np.array([[50.0, 0.0, 0.0]]))])
-        page.locator("#landmarks-source").set_input_files(str(far))
-        expect(page.locator(".warnings")).to_contain_text('far from the surface, "a"')
+
+
+@pytest.mark.parametrize("end", ["source", "target"])
+def test_landmarks_far_from_the_surface_are_left_out(
+    page: Page, carried: Carried, tmp_path: Path, end: str
+) -> None:
+    vertices = carried.surface[0] if end == "target" else carried.surface[0] - 7.0
+    places = np.vstack([vertices[AT], vertices[0] + 50.0])
+    file = tmp_path / "far.fcsv"
+    certain = ("confidence 0.93",) * 4
+    isomatch.write_landmarks(file, [isomatch.LandmarkSet(LABELS, places, "far", certain)])
+    shown(page, carried, file, end)
+    said = page.locator(".warnings")
+    expect(said).to_contain_text('1 of 4 landmarks is far from the surface, "lost" by ')
+    expect(said).to_contain_text("it is left out")
+    expect(row(page, "lost")).to_contain_text("left out")
+    found = saved(page, "fcsv", tmp_path)
+    assert found.present.tolist() == [True, True, True, False]
+    # Another scale, and the other system of coordinates.
+    isomatch.write_landmarks(file, [isomatch.LandmarkSet(LABELS, 100.0 * vertices[[0, 3, 42, 5]])])
+    page.locator(f"#landmarks-{end}").set_input_files(str(file))
+    expect(page.get_by_role("alert")).to_contain_text("4 of 4 landmarks are far from the surface")
+    if end == "target":
+        negated = vertices[[0, 3, 42, 5]] * [-1.0, -1.0, 1.0]
+        isomatch.write_landmarks(file, [isomatch.LandmarkSet(LABELS, negated)])
+        page.locator(f"#landmarks-{end}").set_input_files(str(file))
+        expect(page.get_by_role("alert")).to_contain_text("With x and y negated they are nearer")
+
+
+def test_corrections_are_kept_in_the_tab(page: Page, carried: Carried, tmp_path: Path) -> None:
+    shown(page, carried, carried.file)
+    before = saved(page, "csv", tmp_path).positions
+    page.get_by_role("button", name="side", exact=True).focus()
+    page.keyboard.press("ArrowLeft")
+    moved = saved(page, "csv", tmp_path).positions
+    assert (moved[2] != before[2]).any()
+
+    def kept() -> None:
+        expect(row(page, "side")).to_contain_text("moved")
+        np.testing.assert_array_equal(saved(page, "csv", tmp_path).positions, moved)
+
+    page.get_by_role("link", name="Back to the match").click()
+    page.get_by_role("link", name="Landmarks", exact=True).click()
+    kept()
+    page.go_back()
+    expect(page.get_by_role("link", name="Landmarks", exact=True)).to_be_visible()
+    page.go_forward()
+    kept()
+    page.reload()
+    kept()
+    expect(page.get_by_text("4 landmarks of template.mrk.json.")).to_be_visible()
+    page.locator("[data-ready]").wait_for()
+    page.get_by_role("button", name="Undo").click()
+    np.testing.assert_array_equal(saved(page, "csv", tmp_path).positions, before)
+    # What is undone does not come back.
+    page.reload()
+    expect(row(page, "lost")).to_contain_text("missing")
+    np.testing.assert_array_equal(saved(page, "csv", tmp_path).positions, before)
 
 
 def test_a_match_that_is_not_dense(page: Page, api: Api, shapes: tuple[str, str]) -> None:
