@@ -6,12 +6,12 @@ import { problemBox } from "./problem.js";
 
 /** A note on a match that may be mirrored, with a button that repeats it; null if it cannot be. */
 export function orientationNote(result) {
-  const { parameters, source, target } = result;
+  const { parameters, source, target, source_name, target_name } = result;
   const known = parameters.orientation || parameters.dense || parameters.refine || parameters.landmarks.length > 0;
   if (known || result.source_kind !== "shape" || result.alternatives.length === 0) return null;
   const again = button("Match with orientation", async () => {
     try {
-      const job = await post("/v1/matches", { ...parameters, source, target, orientation: true });
+      const job = await post("/v1/matches", { ...parameters, source, target, source_name, target_name, orientation: true });
       location.hash = `#/jobs/${job.id}`;
     } catch (error) {
       again.after(problemBox(error));

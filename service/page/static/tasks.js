@@ -9,8 +9,11 @@ import { COMPARE, LEARN, MATCH } from "./parameters.js";
 const SIMPLIFIED = 20000;
 
 const idsOf = (shapes) => shapes.map((shape) => shape.id);
-const pair = ([source, target]) => ({ source: source.id, target: target.id });
-const batch = ([source, ...targets]) => ({ source: source.id, targets: idsOf(targets) });
+// With the names that are shown: an upload may have another than the one that its file is stored under.
+const pair = ([source, target]) => ({ source: source.id, target: target.id, source_name: source.name, target_name: target.name });
+const batch = ([source, ...targets]) => ({
+  source: source.id, targets: idsOf(targets), source_name: source.name, target_names: targets.map((target) => target.name),
+});
 
 const matchFields = ({ metrics, descriptors }, shapes) => [
   numberField("points", MATCH.points),

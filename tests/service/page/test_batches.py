@@ -18,7 +18,15 @@ def test_the_first_of_several_shapes_is_matched_with_the_others(
     page: Page, api: Api, upload: Callable[..., Json]
 ) -> None:
     ids = blobs(upload)
-    page.goto(f"/#/with/{'/'.join(ids)}")
+    page.goto(f"/#/with/{'/'.join(ids[:1])}")
+    # The same files under other names, which the matches have as well.
+    page.locator("#files").set_input_files(
+        [
+            {"name": f"again{seed}.off", "mimeType": "", "buffer": blob_file(seed=seed)}
+            for seed in (1, 2)
+        ]
+    )
+    expect(page.locator(".chips li")).to_have_count(3)
     page.get_by_label("Batch: match the first").check()
     points = page.get_by_label("Points", exact=True)
     points.fill("2")
@@ -31,6 +39,8 @@ def test_the_first_of_several_shapes_is_matched_with_the_others(
     result = result_of(page, api)
     assert result["source"] == ids[0]
     assert [one["target"] for one in result["matches"]] == ids[1:]
+    assert result["source_name"] == "mesh.off"
+    assert [one["target_name"] for one in result["matches"]] == ["again1.off", "again2.off"]
     assert result["parameters"]["points"] == 8
 
 

@@ -247,6 +247,26 @@ def test_an_unchecked_box_switches_orientation_off(page: Page, api: Api, matched
     expect(page.locator("[data-field=confidence]")).to_have_count(0)
 
 
+def test_a_match_has_the_names_of_the_uploads(page: Page, api: Api, matched: Page) -> None:
+    page.goto("/")
+    page.locator("#files").set_input_files(
+        [
+            {"name": name, "mimeType": "", "buffer": path.read_bytes()}
+            for name, path in zip(("a.off", "c2.off"), FIGURES, strict=True)
+        ]
+    )
+    expect(page.locator(".chips a")).to_have_text(["a.off", "c2.off"])
+    page.get_by_label("Points", exact=True).fill("8")
+    page.get_by_label("Tell left from right").uncheck()
+    page.get_by_role("button", name="Match", exact=True).click()
+    page.wait_for_url("**/#/jobs/*")
+    shown(page)
+    assert page.locator("h2").last.inner_text() == "a.off and c2.off"
+    result = result_of(page, api)
+    assert (result["source_name"], result["target_name"]) == ("a.off", "c2.off")
+    assert result["source"] == result_of(matched, api)["source"]
+
+
 def answering(result: Json) -> Callable[[Route], None]:
     """A result in place of the service's."""
 
