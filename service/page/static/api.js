@@ -4,6 +4,10 @@ import { askForKey, authorization } from "./api_key.js";
 
 /** Milliseconds until a file that is still being validated is requested again. */
 const AGAIN = 500;
+/** Milliseconds between questions whether a worker is ready, while the answer to an upload waits for its validation. */
+const ASK = 1500;
+/** Statuses of a service that is away or busy for a while, or of a proxy before it. */
+const PASSING = new Set([0, 429, 502, 503, 504]);
 
 /** A problem document of the service; its status is 0 if the service cannot be reached. */
 export class Problem extends Error {
@@ -13,6 +17,11 @@ export class Problem extends Error {
     this.status = status;
     this.title = document.title ?? "Something went wrong";
     this.errors = document.errors ?? [];
+  }
+
+  /** Whether the same request may succeed a little later. */
+  get passing() {
+    return PASSING.has(this.status);
   }
 
   static away() {
@@ -101,11 +110,21 @@ function send(path, file, progress, signal) {
     const form = new FormData();
     form.append("file", file, file.name);
     exchange.upload.onprogress = (event) => progress(event.loaded / event.total);
-    exchange.onloadend = () => resolve({
-      status: exchange.status,
-      text: exchange.responseText,
-      location: exchange.getResponseHeader("Location"),
-    });
+    let asking = null;
+    exchange.upload.onload = () => {
+      asking = setInterval(async () => {
+        const ready = await workerIsReady();
+        if (exchange.readyState !== XMLHttpRequest.DONE) progress(1, ready ? undefined : { waiting_for: "worker" });
+      }, ASK);
+    };
+    exchange.onloadend = () => {
+      clearInterval(asking);
+      resolve({
+        status: exchange.status,
+        text: exchange.responseText,
+        location: exchange.getResponseHeader("Location"),
+      });
+    };
     exchange.onabort = () => reject(new DOMException("aborted", "AbortError"));
     signal?.addEventListener("abort", () => exchange.abort());
     exchange.open("POST", path);
@@ -115,6 +134,8 @@ function send(path, file, progress, signal) {
     exchange.send(form);
   });
 }
+
+const workerIsReady = () => fetch("/health/ready").then(({ status }) => status !== 503, () => true);
 
 async function validated(location, progress, signal) {
   for (;;) {

@@ -3,8 +3,6 @@
 import { Problem, get, request } from "./api.js";
 
 const ENDED = new Set(["succeeded", "failed", "cancelled"]);
-/** Statuses of a service that is away or busy for a while, or of a proxy before it. */
-const PASSING = new Set([0, 429, 502, 503, 504]);
 /** Milliseconds until a reconnection. */
 const PAUSE = 1000;
 
@@ -33,7 +31,7 @@ export async function follow(path, tell, signal, connected = () => {}) {
       }
     } catch (error) {
       if (signal.aborted) return;
-      const again = error instanceof TypeError || (error instanceof Problem && PASSING.has(error.status));
+      const again = error instanceof TypeError || (error instanceof Problem && error.passing);
       if (!again) throw error;
       connected(false);
     }

@@ -13,10 +13,13 @@ import { count } from "./format.js";
 /** Chosen shapes up to which their number is seen at once. */
 const MOST_UNCOUNTED = 4;
 
-/** @param {Array<string>} ids ids in the address, of shapes that are chosen already */
-export async function homeView(place, ids, signal) {
+/**
+ * @param {Array<string>} ids ids in the address, of shapes that are chosen already
+ * @param {string|null} task name of the task that is chosen already, if the shapes allow it
+ */
+export async function homeView(place, ids, signal, task = null) {
   const chosen = [];
-  const last = { task: null };
+  const last = { task };
   let forms = new AbortController();
   signal.addEventListener("abort", () => forms.abort());
   const selected = h("section", { "aria-labelledby": "chosen-title", class: "card", hidden: true });

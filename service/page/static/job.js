@@ -1,6 +1,6 @@
 // A job: its progress and its result.
 
-import { get, remove } from "./api.js";
+import { Problem, get, remove } from "./api.js";
 import { batchProgress, batchView, stoppedBatchView } from "./batch.js";
 import { collectionProgress, collectionView } from "./collection.js";
 import { consistentMapsView } from "./consistent_maps.js";
@@ -13,6 +13,7 @@ import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
 import { registrationView } from "./registration.js";
+import { stoppedJob } from "./stopped_job.js";
 import { throttled } from "./throttle.js";
 import { kindName, percent, several, stateName, time } from "./format.js";
 
@@ -47,14 +48,25 @@ export async function jobView(place, [id], signal) {
   }
   status.show(job);
   fill(body);
-  const show = RESULTS[job.kind];
-  if (job.state === "succeeded" && show) {
+  if (job.state !== "succeeded") {
+    await stoppedJob(body, job, job.error, signal);
+    if (job.kind === "batch") await stoppedBatchView(body.appendChild(h("div")), job, signal);
+  } else if (RESULTS[job.kind]) {
+    const result = await orExpired(get(job.links.result, signal));
+    if (result instanceof Problem) {
+      await stoppedJob(body, job, { title: result.title, detail: result.message }, signal);
+      return;
+    }
     head.className = "over";
-    await show(body, await get(job.links.result, signal), job, signal);
-  } else if (job.kind === "batch") {
-    await stoppedBatchView(body, job, signal);
+    await RESULTS[job.kind](body, result, job, signal);
   }
 }
+
+// The result, or the problem that it is no longer kept.
+const orExpired = (answer) => answer.catch((error) => {
+  if (error.status !== 410) throw error;
+  return error;
+});
 
 function statusOf(job) {
   const title = h("h2", {}, kindName(job.kind));
@@ -82,9 +94,7 @@ function statusOf(job) {
     const text = connected ? sentence(now) : "Connection lost; trying again.";
     // Screen readers announce what is written, even if it is the same.
     if (said.textContent !== text) said.textContent = text;
-    if (over) fill(box, now.error ? problemBox({
-      title: now.error.title, message: now.error.detail, errors: now.error.errors,
-    }) : null);
+    if (over) fill(box);
   };
   show(job);
   return { node, show };

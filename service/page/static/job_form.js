@@ -5,7 +5,7 @@ import { h, fill, button } from "./dom.js";
 import { keepEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
 import { isOff, occupied, turnOff } from "./focus.js";
-import { fieldName, problemBox } from "./problem.js";
+import { fieldName, problemBox, withNames } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
 
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
@@ -53,11 +53,12 @@ export function jobForm(shapes, last, signal) {
       return;
     }
     await occupied(submit, async () => {
+      const named = task.named(shapes);
       try {
-        const job = await post(task.path, { ...task.named(shapes), ...values(form) });
+        const job = await post(task.path, { ...named, ...values(form) });
         location.hash = `#/jobs/${job.id}`;
       } catch (error) {
-        fill(said, problemBox(error));
+        fill(said, problemBox(withNames(error, namesIn(named, shapes))));
         showErrors(form, error.errors ?? [], fieldName);
       }
     });
@@ -68,6 +69,9 @@ export function jobForm(shapes, last, signal) {
   take(first);
   return form;
 }
+
+// Names of the shapes that a request lists.
+const namesIn = (request, shapes) => (request.shapes ?? request.targets ?? []).map((id) => shapes.find((shape) => shape.id === id).name);
 
 function choiceOf(names, first, take) {
   const option = (name) => h("label", {},

@@ -1,6 +1,6 @@
 // Routing: the part of the address after # names the view.
 
-import { h, fill } from "./dom.js";
+import { button, fill, h } from "./dom.js";
 import { askForKey } from "./api_key.js";
 import { problemBox } from "./problem.js";
 import { homeView } from "./home.js";
@@ -15,6 +15,7 @@ let leaving = new AbortController();
 
 const ROUTES = {
   jobs: jobView, landmarks: landmarkView, shapes: shapeView, prototypes: prototypeView, with: homeView, "": homeView,
+  task: (place, [task, ...ids], signal) => homeView(place, ids, signal, task),
 };
 
 async function show() {
@@ -31,7 +32,7 @@ async function show() {
     await view(place, rest.filter(Boolean), signal);
   } catch (error) {
     if (signal.aborted) return;
-    place.append(problemBox(error));
+    place.append(problemBox(error), error.passing ? h("p", {}, button("Try again", show)) : "");
   }
 }
 

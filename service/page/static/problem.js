@@ -14,3 +14,12 @@ export function problemBox(error) {
 
 /** "points" of "body.points". */
 export const fieldName = (field) => field.replace(/^body\./, "");
+
+/** A problem in which `shapes.1` or `targets.1` has the name of that shape beside it. */
+export function withNames({ title, message, errors }, names) {
+  const named = (text) => text.replace(/\b(?:shapes|targets)\.(\d+)\b/g, (place, at) => (names[at] === undefined ? place : `${place} (${names[at]})`));
+  return {
+    title, message: named(message),
+    errors: (errors ?? []).map((error) => ({ field: named(error.field), message: named(error.message) })),
+  };
+}

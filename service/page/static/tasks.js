@@ -97,8 +97,8 @@ const learning = {
     choiceField("correspondence", "Correspondence of the examples", [
       ["matches", "by matching with the first shape"],
       ["shared_connectivity", "by vertex number: the files share their triangles"],
-    ], alike(shapes) ? 1 : 0, "Files of one template, in other poses, have the same triangles and share their vertices' numbers."),
-    h("div", { class: "checks" }, alike(shapes) ? null : simplification(shapes)),
+    ], 0, "Files of one template, in other poses, have the same triangles and share their vertices' numbers."),
+    h("div", { class: "checks" }, simplification(shapes)),
   ],
 };
 
@@ -119,9 +119,6 @@ export function tasksFor(count, learned) {
   if (learned) return [count === 2 ? "recognise" : "recogniseAll"];
   return count === 2 ? ["match", "compare", "learn", "register"] : ["compare", "learn", "batch", "map", "register"];
 }
-
-const alike = ([first, ...others]) =>
-  others.every((shape) => shape.vertices === first.vertices && shape.faces === first.faces);
 
 // What all names begin with, up to a digit.
 function beginning(shapes) {

@@ -59,6 +59,7 @@ def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> N
     )
     page.dispatch_event("footer", "drop", {"dataTransfer": dropped})
     expect(page.locator(".uploads .name")).to_have_text("dropped.off")
+    expect(page.locator(".uploads li")).to_contain_text("no worker is alive")
     # Files that wait for others to be uploaded are not sent.
     sent: list[Request] = []
     page.on("request", lambda asked: sent.append(asked) if asked.method == "POST" else None)
@@ -71,6 +72,39 @@ def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> N
     expect(page.locator("[data-state=queued]")).to_be_visible()
     assert page.url.endswith(f"#/jobs/{job}")
     assert len(sent) == 4
+
+
+def test_an_upload_says_that_no_worker_is_ready(browser: Browser, server: EmbeddedServer) -> None:
+    with (
+        idle_api(server, validation_wait=60) as api,
+        opened(browser, api.url, viewport=SMALL) as page,
+    ):
+        page.goto("/")
+        page.locator("#files").set_input_files(files(1))
+        # The answer to the upload waits for its validation.
+        expect(page.locator(".uploads li")).to_contain_text("no worker is alive")
+        page.goto("/#/nowhere")
+
+
+def test_a_service_that_does_not_answer_is_asked_again(page: Page, idle: Api) -> None:
+    source, _ = put_shapes(idle)
+    page.route(f"**/v1/shapes/{source}", lambda route: route.abort())
+    page.goto(f"/#/shapes/{source}")
+    expect(page.get_by_role("alert")).to_contain_text("does not answer")
+    page.unroute(f"**/v1/shapes/{source}")
+    page.get_by_role("button", name="Try again").click()
+    expect(page.get_by_text("Jobs of this shape")).to_have_count(0)
+    expect(page.get_by_role("link", name="Match it")).to_be_visible()
+    # An upload is sent again.
+    page.goto("/#/")
+    page.route("**/v1/shapes", lambda route: route.abort())
+    page.locator("#files").set_input_files(files(1))
+    expect(page.get_by_role("alert")).to_contain_text("does not answer")
+    page.unroute("**/v1/shapes")
+    page.get_by_role("button", name="Try again").click()
+    expect(page.locator(".uploads li")).to_contain_text("no worker is alive")
+    page.goto("/#/nowhere")
+    expect(page.get_by_role("button", name="Try again")).to_have_count(0)
 
 
 def test_a_form_without_its_fields_is_not_sent(page: Page, idle: Api) -> None:
@@ -106,6 +140,19 @@ def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> No
     page.get_by_role("button", name="Cancel").click()
     expect(page.get_by_role("alert")).to_contain_text("does not answer")
     expect(status).to_have_text("Waiting: no worker is alive.")
+
+
+def test_a_cancelled_job_is_requested_again(page: Page, idle: Api) -> None:
+    shapes = put_shapes(idle)
+    job = requested(idle, "dissimilarities", {"shapes": shapes, "points": 3})
+    page.goto(f"/#/jobs/{job}")
+    page.get_by_role("button", name="Cancel").click()
+    # They are in no list, which names are taken from.
+    expect(page.get_by_text(f"Shapes: {', '.join(shape[:8] for shape in shapes)}")).to_be_visible()
+    page.get_by_role("link", name="Request it again").click()
+    expect(page.locator(".chips li")).to_have_count(2)
+    expect(page.get_by_role("radio", name="Compare")).to_be_checked()
+    expect(page.get_by_role("button", name="Compare", exact=True)).to_be_visible()
 
 
 def test_a_cancelled_batch_shows_what_was_kept(page: Page, idle: Api) -> None:

@@ -11,6 +11,7 @@ from scipy.spatial.distance import pdist
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import result_of
 from tests.worker.families import family
+from tests.worker.figures import blob, off
 
 PLACES = "s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])"
 ADDRESS = "[aria-label='Address of this result']"
@@ -49,7 +50,9 @@ def test_a_prototype_is_learned_and_matched(
     page.get_by_label("Compare: dissimilarities of all pairs").focus()
     page.keyboard.press("ArrowDown")
     correspondence = page.get_by_label("Correspondence of the examples")
-    expect(correspondence).to_have_value("shared_connectivity")
+    # The counts of equal files may agree by chance, so that this is not chosen by itself.
+    expect(correspondence).to_have_value("matches")
+    correspondence.select_option("shared_connectivity")
     name = page.get_by_label("Name", exact=True)
     name.fill("<b>page")
     points = page.get_by_label("Points", exact=True)
@@ -75,6 +78,23 @@ def test_a_prototype_is_learned_and_matched(
     expect(page.locator(".chips li")).to_have_count(1)
     page.locator(".chips a").click()
     expect(page).to_have_url(f"{api.url}/#/prototypes/{learned['prototype']['id']}")
+
+
+def test_a_prototype_that_fails_names_the_shape(page: Page, upload: Callable[..., Json]) -> None:
+    vertices, faces = blob(2, seed=97)
+    first = upload(off(vertices, faces), "first.off")["id"]
+    # As many vertices and triangles, but others.
+    second = upload(off(vertices, faces[:, [1, 0, 2]][::-1]), "remeshed.off")["id"]
+    page.goto(f"/#/task/learn/{first}/{second}")
+    page.get_by_label("Points", exact=True).fill("6")
+    page.get_by_label("Correspondence of the examples").select_option("shared_connectivity")
+    page.get_by_role("button", name="Learn").click()
+    page.wait_for_url("**/#/jobs/*")
+    expect(page.locator("[data-state=failed]")).to_be_visible()
+    expect(page.get_by_role("alert")).to_contain_text("shapes.1 (remeshed.off)")
+    expect(page.get_by_role("alert")).to_contain_text("its triangles differ")
+    page.get_by_role("link", name="Request it again").click()
+    expect(page.get_by_role("button", name="Learn")).to_be_visible()
 
 
 def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Json]) -> None:

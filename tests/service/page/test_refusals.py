@@ -6,6 +6,7 @@ from collections.abc import Callable
 import httpx2
 from playwright.sync_api import Browser, FilePayload, Page, expect
 
+from broker.store import DEFAULT_KEYS
 from service.http.security import read_keys
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api
@@ -31,6 +32,13 @@ def test_an_upload_that_is_refused(page: Page) -> None:
     expect(page.locator("#files")).to_be_focused()
     page.locator("#files").set_input_files([file("what.doc", b"no mesh")])
     expect(page.get_by_role("alert")).to_contain_text("ends in no supported format")
+    with page.expect_file_chooser() as chosen:
+        page.get_by_role("button", name="Choose another file").click()
+    expect(page.get_by_role("alert")).to_have_count(0)
+    usable = [file(f"{seed}.off", blob_file(2, seed=seed)) for seed in (81, 82)]
+    chosen.value.set_files([*usable, file("one.doc", b""), file("two.doc", b"")])
+    expect(page.locator(".chips li")).to_have_count(2)
+    expect(page.get_by_text("2 of 4 files uploaded, 2 refused")).to_be_visible()
 
 
 def test_nothing_is_lost_by_a_slip(page: Page) -> None:
@@ -137,6 +145,25 @@ def test_a_job_that_fails_says_why(
     page.goto(f"/#/jobs/{job}")
     expect(page.locator("[data-state=failed]")).to_be_visible()
     expect(page.get_by_role("alert")).to_contain_text("landmarks")
+    expect(page.get_by_text("Shapes: mesh.off")).to_be_visible()
+
+
+def test_a_result_that_has_expired_is_requested_again(
+    page: Page, api: Api, shapes: tuple[str, str]
+) -> None:
+    asked = {"source": shapes[0], "target": shapes[1], "points": 4, "eigenpairs": 20}
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
+    page.goto(f"/#/jobs/{job}")
+    page.locator("[data-drawn]").wait_for()
+    api.store.client.delete(DEFAULT_KEYS.job_result(job))
+    page.goto("/#/nowhere")
+    page.goto(f"/#/jobs/{job}")
+    expect(page.get_by_role("alert")).to_contain_text("no longer kept")
+    page.get_by_role("link", name="Request it again").click()
+    expect(page.locator(".chips li")).to_have_count(2)
+    page.get_by_label("Points", exact=True).fill("4")
+    page.get_by_role("button", name="Match", exact=True).click()
+    page.locator("[data-drawn]").wait_for()
 
 
 def test_names_are_text(page: Page, http: httpx2.Client) -> None:

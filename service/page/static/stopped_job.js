@@ -1,0 +1,31 @@
+// A job without a result: why, its shapes, and a link to request it again.
+
+import { fill, h } from "./dom.js";
+import { namesOf } from "./names.js";
+import { problemBox, withNames } from "./problem.js";
+
+/** Tasks of the start page by the kinds of their jobs; other kinds are requested elsewhere. */
+const TASKS = {
+  match: "match", batch: "batch", dissimilarities: "compare", prototype: "learn", registration: "register", consistent_maps: "map",
+};
+
+/** @param {Object|null} problem why there is no result: `title`, `detail` and perhaps `errors`; null for a job that was cancelled */
+export async function stoppedJob(place, job, problem, signal) {
+  const ids = [...new Set([job.source, ...job.shapes].filter((id) => id !== null))];
+  const names = await namesOf(ids, signal).catch(() => ids.map((id) => id.slice(0, 8)));
+  if (signal.aborted) return;
+  fill(place,
+    // Of jobs with a source, `shapes` of the request has other places.
+    problem && problemBox(withNames({ ...problem, message: problem.detail }, job.source === null ? names : [])),
+    ids.length === 0 ? null : h("p", {}, "Shapes: ", ids.map((id, at) => [at === 0 ? "" : ", ", shapeLink(id, names[at])]),
+      isComplete(job, ids) ? "" : " and others"),
+    canRequest(job, ids) ? h("p", { class: "actions" },
+      h("a", { href: `#/task/${TASKS[job.kind]}/${ids.join("/")}`, class: "button" }, "Request it again")) : null);
+}
+
+const shapeLink = (id, name) => h("a", { href: `#/${id.startsWith("p-") ? "prototypes" : "shapes"}/${id}` }, name);
+
+// A record names only some of many shapes.
+const isComplete = (job, ids) => ids.filter((id) => !id.startsWith("p-")).length >= job.shape_count;
+
+const canRequest = (job, ids) => TASKS[job.kind] !== undefined && ids.length > 1 && isComplete(job, ids);
