@@ -21,10 +21,12 @@ const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
 export function dropZone(arrived, complete, signal) {
   const said = h("p", { class: "faint", role: "status" });
   const list = h("ul", { class: "uploads", "aria-label": "Uploads" });
-  let [wanted, ended] = [0, 0];
+  let [wanted, uploaded, refused] = [0, 0, 0];
   const tell = () => {
-    said.textContent = ended < wanted ? `${ended} of ${wanted} files uploaded` : "";
-    if (ended === wanted) [wanted, ended] = [0, 0];
+    const over = uploaded + refused === wanted;
+    const parts = [`${uploaded} of ${wanted} files uploaded`, ...(refused > 0 ? [`${refused} refused`] : [])];
+    said.textContent = over && (refused === 0 || wanted === 1) ? "" : parts.join(", ");
+    if (over) [wanted, uploaded, refused] = [0, 0, 0];
     list.tabIndex = list.childElementCount > MOST_UNSCROLLED ? 0 : -1;
   };
   const inTurn = limited(AT_ONCE);
@@ -34,8 +36,9 @@ export function dropZone(arrived, complete, signal) {
     const named = [...files];
     wanted += named.length;
     const uploads = named.map(async (file) => {
-      const shape = await sent(file, list, inTurn, signal);
-      ended += 1;
+      const shape = await sent(file, list, inTurn, signal, { take, input });
+      if (shape === null) refused += 1;
+      else uploaded += 1;
       tell();
       return shape;
     });
@@ -52,6 +55,7 @@ export function dropZone(arrived, complete, signal) {
   };
   const zone = fileArea({ id: "files", accept: ENDINGS, multiple: true }, [h("strong", {}, "Choose meshes"), " or drop them here"],
     "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP; points as PLY, XYZ, TXT, CSV, LAS or LAZ", take);
+  const input = zone.querySelector("input");
   return {
     node: h("section", { "aria-label": "Upload" }, zone, said, list), take, begin: () => takeFromElsewhere(take, signal),
   };
@@ -140,7 +144,7 @@ function limited(atOnce) {
   };
 }
 
-async function sent(file, list, inTurn, signal) {
+async function sent(file, list, inTurn, signal, { take, input }) {
   const bar = h("progress", { max: 1, value: 0, "aria-label": `Upload of ${file.name}` });
   const said = h("span", { class: "faint" }, "waiting");
   const line = h("li", {}, h("span", { class: "name" }, file.name), " ", bar, " ", said);
@@ -155,8 +159,14 @@ async function sent(file, list, inTurn, signal) {
     return shape;
   } catch (error) {
     if (error.name === "AbortError") return null;
-    const away = button("Dismiss", () => keepFocus(list.parentElement, () => line.remove()), { class: "small" });
-    fill(line, h("span", { class: "name" }, file.name), problemBox(error), away);
+    const remove = () => keepFocus(list.parentElement, () => line.remove());
+    const act = (text, action) => button(text, () => {
+      remove();
+      action();
+    }, { class: "small" });
+    fill(line, h("span", { class: "name" }, file.name), problemBox(error), h("p", { class: "actions" },
+      error.passing ? act("Try again", () => take([file])) : act("Choose another file", () => input.click()),
+      act("Dismiss", () => {})));
     return null;
   }
 }
