@@ -108,9 +108,9 @@ def _captions(result: MatchResult) -> tuple[str, str]:
     if result.refinement is not None:
         which = result.refinement.hypothesis
         title += ", refined between vertices" + (f" from alternative {which}" if which else "")
-    proof = "no better correspondence among the candidates"
+    proof = "no better correspondence among this answer's candidates"
     if not result.certified:
-        proof = f"within {100.0 * result.gap:.2g} % of the best among the candidates"
+        proof = f"within {100.0 * result.gap:.2g} % of the best among this answer's candidates"
     figures = (
         f"energy {result.energy:.4g}   ·   lower bound {result.lower_bound:.4g}   ·   {proof}"
         f"   ·   greatest distortion {result.distortion.linf:.3g}"

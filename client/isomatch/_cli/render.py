@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
+from isomatch._cli.less_energy import less_energy
 from isomatch._clients import Job
 from isomatch._models import (
     Confidence,
@@ -66,7 +67,8 @@ def match_summary(match: Match) -> Table:
     first_order = "none" if distortion.first_order is None else f"{distortion.first_order:.6g}"
     proof = "no, see the gap"
     if match.certified:
-        proof = "yes: no better correspondence among the candidates of the finest level"
+        proof = "yes: no better correspondence among this answer's candidates"
+    explanation = less_energy(match)
     rows = {
         **({} if match.confidence is None else {"answer": _answer(match.confidence)}),
         "distortion, first order": first_order,
@@ -80,6 +82,7 @@ def match_summary(match: Match) -> Table:
         "certified levels": certified_levels(match),
         **({} if match.proof is None else {"over all samples": _sample_proof(match.proof)}),
         "alternatives": _alternatives(match),
+        **({} if explanation is None else {"less energy": explanation}),
         "refinement": _refinement(match.refinement),
         "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
         **({} if match.overlap is None else {"overlap": str(match.overlap)}),

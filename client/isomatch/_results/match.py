@@ -249,7 +249,7 @@ class Match(Result, Correspondences):
             title += ", and a map of all vertices"
         proof = f"gap {self.gap:.2g}"
         if self.certified:
-            proof = "no better correspondence among the candidates"
+            proof = "no better correspondence among this answer's candidates"
         if chosen:
             proof = f"of the match {self.energy:.4g}, {proof}"
         elif self.confidence is not None:

@@ -93,11 +93,24 @@ export function confidenceNote({ confidence }) {
 /** The certificate of a match as a sentence. */
 export function certificate({ certified, gap, energy, lower_bound: bound }) {
   if (certified) {
-    return "No better correspondence among the candidates of the finest level.";
+    return "No better correspondence among this answer's candidates.";
   }
   if (energy > 0 && bound <= 0) return "No useful lower bound is known for this match.";
   return (
-    `Within ${percent(gap)} of the best among the candidates of the finest level: none has an energy`
+    `Within ${percent(gap)} of the best among this answer's candidates: none has an energy`
     + ` below ${digits(bound)}.`
   );
+}
+
+/** Relative difference up to which energies are the same, as for certificates. */
+const NEGLIGIBLE = 1e-4;
+
+/** A sentence on correspondences that have less energy and were not chosen, or null if there are none. */
+export function lessEnergy({ energy, alternatives, proof, confidence }) {
+  const less = (other) => other.energy < energy - NEGLIGIBLE * Math.abs(energy);
+  const known = [...(alternatives.some(less) ? ["an alternative"] : []), ...(proof && less(proof) ? ["a correspondence of all samples"] : [])];
+  if (!confidence || known.length === 0) return null;
+  const subject = known.join(" and ");
+  return `${subject[0].toUpperCase()}${subject.slice(1)} ${known.length > 1 ? "have" : "has"} less energy, but the answer is chosen by registration in`
+    + " space, which tells it from others, such as the mirror image.";
 }

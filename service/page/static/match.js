@@ -3,7 +3,7 @@
 import { get, orNull } from "./api.js";
 import { h, fill, figureList, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
-import { certificate, certifiedBadge, confidenceNote, digits, figure, percent, several } from "./format.js";
+import { certificate, certifiedBadge, confidenceNote, digits, figure, lessEnergy, percent, several } from "./format.js";
 import { matchScenes } from "./match_scenes.js";
 import { orientationNote } from "./orientation.js";
 import { pairTable } from "./pair_table.js";
@@ -96,7 +96,7 @@ function hypotheses(result) {
 // Certificate and confidence of what is shown; an alternative has neither.
 function proofOf(result, { which, relation, energy, correspondences }) {
   if (which === 0) {
-    return [h("p", { class: "proof" }, certifiedBadge(result), " ", summary(result), " ", certificate(result)),
+    return [h("p", { class: "proof" }, certifiedBadge(result), " ", summary(result), " ", certificate(result), " ", lessEnergy(result)),
       confidenceNote(result)];
   }
   return h("p", { class: "proof" }, h("span", { class: "badge" }, `alternative ${which}: ${relation}`),

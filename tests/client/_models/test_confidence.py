@@ -72,5 +72,17 @@ def test_a_match_that_was_not_registered_has_no_confidence() -> None:
 
 
 def test_a_certificate_says_what_it_is_about() -> None:
-    assert "no better correspondence among the candidates of the finest level" in printed(match())
+    assert "no better correspondence among this answer's candidates" in printed(match())
     assert "see the gap" in printed(match(certified=False))
+
+
+def test_less_energy_of_another_correspondence_is_explained() -> None:
+    energy = EXAMPLE["energy"]
+    other = {name: EXAMPLE[name] for name in ("correspondences", "distortion")}
+    for factor, explained in ((0.5, True), (1.0, False)):
+        changed = [other | {"energy": factor * energy, "relation": "mirror_image"}]
+        for confidence in (EXAMPLE["confidence"], None):
+            text = printed(match(alternatives=changed, proof=None, confidence=confidence))
+            text = " ".join(text.split())
+            said = "of an alternative, but the answer is chosen by registration in space" in text
+            assert said is (explained and confidence is not None)

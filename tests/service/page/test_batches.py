@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import httpx2
-from playwright.sync_api import Page, expect
+from playwright.sync_api import FilePayload, Page, expect
 
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import PATIENCE, result_of
@@ -20,12 +20,11 @@ def test_the_first_of_several_shapes_is_matched_with_the_others(
     ids = blobs(upload)
     page.goto(f"/#/with/{'/'.join(ids[:1])}")
     # The same files under other names, which the matches have as well.
-    page.locator("#files").set_input_files(
-        [
-            {"name": f"again{seed}.off", "mimeType": "", "buffer": blob_file(seed=seed)}
-            for seed in (1, 2)
-        ]
-    )
+    files: list[FilePayload] = [
+        {"name": f"again{seed}.off", "mimeType": "", "buffer": blob_file(seed=seed)}
+        for seed in (1, 2)
+    ]
+    page.locator("#files").set_input_files(files)
     expect(page.locator(".chips li")).to_have_count(3)
     page.get_by_label("Batch: match the first").check()
     points = page.get_by_label("Points", exact=True)

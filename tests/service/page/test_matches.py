@@ -9,7 +9,7 @@ from typing import Any
 import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, Route, expect
+from playwright.sync_api import Browser, FilePayload, Locator, Page, Route, expect
 
 from service.page import STATIC
 from tests.service.conftest import Api, Json
@@ -88,7 +88,7 @@ def test_numbers_are_those_of_the_api(matched: Page, api: Api) -> None:
     assert result["certified"]
     expect(matched.locator(".proof .badge")).to_have_text("certified")
     expect(matched.locator(".proof")).to_contain_text(
-        "No better correspondence among the candidates of the finest level."
+        "No better correspondence among this answer's candidates."
     )
 
 
@@ -249,12 +249,11 @@ def test_an_unchecked_box_switches_orientation_off(page: Page, api: Api, matched
 
 def test_a_match_has_the_names_of_the_uploads(page: Page, api: Api, matched: Page) -> None:
     page.goto("/")
-    page.locator("#files").set_input_files(
-        [
-            {"name": name, "mimeType": "", "buffer": path.read_bytes()}
-            for name, path in zip(("a.off", "c2.off"), FIGURES, strict=True)
-        ]
-    )
+    files: list[FilePayload] = [
+        {"name": name, "mimeType": "", "buffer": path.read_bytes()}
+        for name, path in zip(("a.off", "c2.off"), FIGURES, strict=True)
+    ]
+    page.locator("#files").set_input_files(files)
     expect(page.locator(".chips a")).to_have_text(["a.off", "c2.off"])
     page.get_by_label("Points", exact=True).fill("8")
     page.get_by_label("Tell left from right").uncheck()
@@ -292,6 +291,32 @@ def test_confidence_is_shown_with_the_reasons(page: Page, api: Api, matched: Pag
         expect(note).to_contain_text(said)
         expect(note.get_by_role("listitem")).to_have_text(confidence["reasons"])
         expect(page.locator(".proof .badge")).to_have_text("certified")
+
+
+def test_less_energy_of_another_correspondence_is_explained(
+    page: Page, api: Api, matched: Page
+) -> None:
+    result, job = result_of(matched, api), job_of(matched)
+    energy = result["energy"]
+    less = [other | {"energy": 0.5 * energy} for other in result["alternatives"]]
+    more = [other | {"energy": 2.0 * energy} for other in result["alternatives"]]
+    proof = result["proof"]
+    for others, proven, subject in (
+        (less, energy, "An alternative has"),
+        (more, 0.9 * energy, "A correspondence of all samples has"),
+        (less, 0.9 * energy, "An alternative and a correspondence of all samples have"),
+        (more, energy, None),
+    ):
+        changed = result | {"alternatives": others, "proof": proof | {"energy": proven}}
+        page.route(f"**/v1/jobs/{job}/result", answering(changed))
+        page.goto("/#/")
+        page.goto(f"/#/jobs/{job}")
+        said = page.locator("p.proof")
+        expect(said).to_contain_text("No better correspondence among this answer's candidates.")
+        if subject is None:
+            expect(said).not_to_contain_text("less energy")
+        else:
+            expect(said).to_contain_text(f"{subject} less energy, but the answer is chosen by")
 
 
 def result_named(api: Api, job: str) -> Json:

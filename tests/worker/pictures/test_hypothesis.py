@@ -43,10 +43,10 @@ def test_long_reasons_are_shortened_to_a_line() -> None:
 
 def test_a_caption_of_no_confidence_is_of_one_line() -> None:
     (line,) = hypothesis_of(result(confidence=None), None).subtitle.splitlines()
-    assert "no better correspondence among the candidates" in line
+    assert "no better correspondence among this answer's candidates" in line
 
 
 def test_a_gap_is_to_the_best_of_the_candidates() -> None:
     told = hypothesis_of(result(certified=False, gap=0.031, confidence=None), None).subtitle
-    assert "within 3.1 % of the best among the candidates" in told
+    assert "within 3.1 % of the best among this answer's candidates" in told
     assert "optimal" not in told
