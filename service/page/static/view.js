@@ -2,8 +2,11 @@
 // direction; a target is rotated until its matched points are nearest to those of the source.
 
 import { cross } from "./geometry.js";
+import { leastDirection } from "./principal_direction.js";
 
 const AXES = [0, 1, 2];
+/** Cosine above which an axis is the thin direction, which is not up. */
+const THIN = 0.75;
 /** Factor by which squared distances must fall for a target to be tilted (worker/pictures/view.py). */
 const TILT = 2;
 /** Squared distances of points that are aligned, as single precision has them. */
@@ -13,17 +16,16 @@ const STEPS = 300;
 
 /** Rows of a rotation: the directions to the right, up, and towards the viewer. */
 export function sourceView(positions) {
-  const extent = AXES.map((axis) => {
-    const [low, high] = range(positions, axis);
-    return high - low;
-  });
-  const thin = extent.indexOf(Math.min(...extent));
-  const upright = [1, 2].filter((axis) => axis !== thin);
-  const up = upright.reduce((best, axis) =>
-    support(positions, axis) > support(positions, best) ? axis : best);
-  const towards = thin;
-  const unit = (axis) => AXES.map((k) => (k === axis ? 1 : 0));
-  return [cross(unit(up), unit(towards)), unit(up), unit(towards)];
+  const thin = leastDirection(positions);
+  const axis = [1, 2].filter((k) => Math.abs(thin[k]) <= THIN).reduce((best, k) =>
+    (support(positions, k) > support(positions, best) ? k : best));
+  const up = AXES.map((k) => (k === axis ? 1 : 0));
+  const across = thin.map((value, k) => (k === axis ? 0 : value));
+  // Eigenvectors have no sign: face the positive side of the axis that is nearest.
+  const nearest = across.reduce((best, value) => (Math.abs(value) > Math.abs(best) ? value : best));
+  const length = Math.sign(nearest) * Math.hypot(...across);
+  const towards = across.map((value) => value / length);
+  return [cross(up, towards), up, towards];
 }
 
 /**

@@ -21,6 +21,7 @@ from tests.service.conftest import Api
 from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
 from worker.pictures import packed_geometry
+from worker.pictures.view import source_view
 
 
 @pytest.fixture(scope="module")
@@ -243,6 +244,21 @@ def test_shapes_stand_upright(page: Page) -> None:
         np.testing.assert_allclose(rows @ rows.T, np.eye(3), atol=1e-12)
         assert np.linalg.det(rows) == pytest.approx(1.0)
         assert rows[1][up] == 1.0
+
+
+def test_views_are_those_of_the_pictures(page: Page) -> None:
+    rng = np.random.default_rng(8)
+    body = "return given.map((positions) => m.sourceView(positions))"
+    # Boxes of any proportions and poses: among them some that lie, and some that lean.
+    shapes = [
+        (rng.standard_normal((60, 3)) * rng.uniform(0.2, 2.0, 3))
+        @ Rotation.random(rng=rng).as_matrix()
+        for _ in range(40)
+    ]
+    found = call(page, "view", body, [flat(shape) for shape in shapes])
+    for rows, shape in zip(found, shapes, strict=True):
+        expected = source_view(shape - shape.mean(axis=0)).axes
+        np.testing.assert_allclose(rows, expected, atol=1e-9)
 
 
 def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
