@@ -18,6 +18,7 @@ from tests.service.page.conftest import (
     PATIENCE,
     POINTS,
     SMALL,
+    SURFACE,
     eventually,
     named,
     opened,
@@ -127,6 +128,29 @@ def test_landmarks_are_carried_and_named(
         again = saved(view, ending, tmp_path)
         assert again.labels == LABELS
         np.testing.assert_array_equal(again.positions, found.positions)
+
+
+def test_shapes_are_drawn_whole_in_a_high_window(view: Page) -> None:
+    view.set_viewport_size({"width": 720, "height": 900})
+    for side in ("source", "target"):
+        scene = view.locator(f".scene[data-side={side}]")
+        scene.scroll_into_view_if_needed()
+        eventually(lambda scene=scene: scene.evaluate("s => s.clientHeight <= s.clientWidth"))
+        eventually(lambda scene=scene: within(scene))
+    view.set_viewport_size(SMALL)
+
+
+def within(scene: Locator) -> bool:
+    """Whether the outermost vertices are drawn inside the box of the scene."""
+    extreme = """s => ['x', 'y'].flatMap((name) => [1, -1].map((sign) =>
+      s.data[0][name].reduce((b, v, i, all) => sign * v > sign * all[b] ? i : b, 0)))"""
+    box = scene.bounding_box()
+    assert box is not None
+    places = [place(scene, SURFACE, vertex) for vertex in scene.evaluate(extreme)]
+    return all(
+        box["x"] <= x <= box["x"] + box["width"] and box["y"] <= y <= box["y"] + box["height"]
+        for x, y in places
+    )
 
 
 def test_a_landmark_is_dragged_on_the_surface(view: Page, carried: Carried, tmp_path: Path) -> None:
