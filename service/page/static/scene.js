@@ -92,10 +92,10 @@ export class Scene {
     const painted = this.#cloud ? { marker: { size: DOT, color: vertexcolor, line: { width: 0 } } } : { vertexcolor };
     const surface = { ...this.#surface, ...painted };
     const marks = {
-      type: "scatter3d", mode: numbered && !this.#narrow ? "markers+text" : "markers", ...columnsOf(points),
+      type: "scatter3d", mode: numbered && !this.narrow ? "markers+text" : "markers", ...columnsOf(points),
       text: names, hoverinfo: "none", textposition: "top center",
       textfont: { size: 11, color: colorOf("ink") },
-      marker: { size: this.#narrow ? 3 : 6, color: colors.map(css), line: { color: "white", width: 1 } },
+      marker: { size: this.narrow ? 3 : 6, color: colors.map(css), line: { color: "white", width: 1 } },
     };
     const first = this.#node.data === undefined;
     await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring)], this.#layout(), CONFIG);
@@ -143,12 +143,12 @@ export class Scene {
     return {
       type: "scatter3d", mode: "markers", hoverinfo: "skip",
       ...columnsOf(pair === null ? [] : [hidden ? front(this.#points[pair]) : this.#points[pair]]),
-      marker: { size: this.#narrow ? 9 : 16, symbol: hidden ? "diamond-open" : "circle-open", color: colorOf("mark"), line: { width: this.#narrow ? 3 : 5 } },
+      marker: { size: this.narrow ? 9 : 16, symbol: hidden ? "diamond-open" : "circle-open", color: colorOf("mark"), line: { width: this.narrow ? 3 : 5 } },
     };
   }
 
-  // On a phone two shapes share the width, and names would cover them.
-  get #narrow() {
+  /** Whether no names are drawn: on a phone two shapes share the width, and names would cover them. */
+  get narrow() {
     return this.#node.clientWidth < NARROW;
   }
 

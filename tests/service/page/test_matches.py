@@ -324,6 +324,21 @@ def result_named(api: Api, job: str) -> Json:
     return result
 
 
+def test_narrow_drawings_offer_no_numbers(page: Page, api: Api, matched: Page) -> None:
+    page.goto(f"/#/jobs/{job_of(matched)}")
+    shown(page)
+    numbers, source = page.get_by_label("Numbers"), scenes(page)[0]
+    mode = "s => s.data[1].mode"
+    expect(numbers).to_be_visible()
+    assert source.evaluate(mode) == "markers+text"
+    page.set_viewport_size({"width": 400, "height": 800})
+    expect(numbers).to_be_hidden()
+    eventually(lambda: source.evaluate(mode) == "markers")
+    page.set_viewport_size({"width": 900, "height": 700})
+    expect(numbers).to_be_visible()
+    eventually(lambda: source.evaluate(mode) == "markers+text")
+
+
 def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
     before, job = rows(matched), job_of(matched)
     matched.reload()
