@@ -203,7 +203,7 @@ class UploadKind(Generic[RecordT]):
         """
         service = sender.service
         if file.size is not None and file.size > service.settings.max_upload_bytes:
-            raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
+            raise UploadTooLarge.over(service.settings.max_upload_bytes)
         async with service.uploading:
             data = await file.read()
             payload = await run_in_threadpool(describe, data)

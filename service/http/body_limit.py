@@ -200,7 +200,7 @@ class _Body:
         return self._too_large() if too_long else None
 
     def _too_large(self) -> ApiProblem:
-        return UploadTooLarge(f"The limit is {self.allowance.shown} bytes.")
+        return UploadTooLarge.over(self.allowance.shown)
 
     def _note(self, message: Message) -> None:
         part = message.get("body", b"")

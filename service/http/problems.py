@@ -46,7 +46,7 @@
     └── StorageFull                 507  the disk, or the object storage, is full
 """
 
-from typing import ClassVar, Final
+from typing import ClassVar, Final, Self
 
 from broker.contracts import FieldProblem, Problem
 
@@ -231,6 +231,11 @@ class UploadTooLarge(ApiProblem):
     """The upload is over the limit."""
 
     status, slug, title = 413, "upload-too-large", "Upload too large"
+
+    @classmethod
+    def over(cls, limit: int) -> Self:
+        """Return the problem that a body is longer than a limit in bytes."""
+        return cls(f"The limit is {limit / 1e6:.4g} MB.")
 
 
 class UnsupportedFormat(ApiProblem):

@@ -10,8 +10,8 @@ const ALL = [...PAIR, "cat-standing", "cat-sitting", "horse-standing", "horse-ga
 export function exampleButtons(take) {
   const bring = (names) => async () => take(await Promise.all(names.map(fetched)));
   return [
-    button("Match two generated figures", bring(PAIR)), " ",
-    button("Compare six generated shapes", bring(ALL)),
+    button("Choose two generated figures", bring(PAIR)), " ",
+    button("Choose six generated shapes", bring(ALL)),
   ];
 }
 

@@ -5,6 +5,7 @@ import { h, fill, button } from "./dom.js";
 import { keepEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
 import { isOff, occupied, turnOff } from "./focus.js";
+import { count } from "./format.js";
 import { fieldName, problemBox, withNames } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
 
@@ -64,8 +65,9 @@ export function jobForm(shapes, last, signal) {
     });
   });
   const names = tasksFor(shapes.length, learned);
-  const first = names.includes(last.task) ? last.task : names[0];
-  fill(form, names.length > 1 ? choiceOf(names, first, take) : null, parts, said, h("p", {}, submit));
+  const allowed = names.filter((name) => !isOver(name, shapes));
+  const first = allowed.includes(last.task) ? last.task : allowed[0] ?? names[0];
+  fill(form, names.length > 1 ? choiceOf(names, first, shapes, take) : null, parts, said, h("p", {}, submit));
   take(first);
   return form;
 }
@@ -73,12 +75,16 @@ export function jobForm(shapes, last, signal) {
 // Names of the shapes that a request lists.
 const namesIn = (request, shapes) => (request.shapes ?? request.targets ?? []).map((id) => shapes.find((shape) => shape.id === id).name);
 
-function choiceOf(names, first, take) {
+const isOver = (name, shapes) => shapes.length > TASKS[name].most;
+
+const limitOf = ({ most }) => (most === undefined ? null : h("span", { class: "faint" }, ` (at most ${count(most)} shapes)`));
+
+function choiceOf(names, first, shapes, take) {
   const option = (name) => h("label", {},
     h("input", {
-      type: "radio", name: "task", value: name, checked: name === first, "data-form": true,
+      type: "radio", name: "task", value: name, checked: name === first, disabled: isOver(name, shapes), "data-form": true,
       onchange: () => take(name),
-    }), " ", TASKS[name].about);
+    }), " ", TASKS[name].about, limitOf(TASKS[name]));
   return h("fieldset", {}, h("legend", {}, "Task"), names.map(option));
 }
 

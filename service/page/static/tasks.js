@@ -46,6 +46,7 @@ const matching = {
 const matchingAll = {
   path: "/v1/batches",
   title: "Match all",
+  most: 1001,
   about: "Batch: match the first with each of the others",
   parameters: MATCH,
   named: batch,
@@ -56,6 +57,7 @@ const recognising = { path: "/v1/matches", title: "Match", named: pair, fields: 
 const recognisingAll = { path: "/v1/batches", title: "Match all", named: batch, fields: prototypeFields };
 
 const comparing = {
+  most: 2000,
   path: "/v1/dissimilarities",
   title: "Compare",
   about: "Compare: dissimilarities of all pairs",
@@ -69,6 +71,7 @@ const comparing = {
 };
 
 const registering = {
+  most: 257,
   path: "/v1/registrations",
   title: "Register",
   about: "Register the first, as a template, to each of the others",
@@ -78,6 +81,7 @@ const registering = {
 };
 
 const mapping = {
+  most: 16,
   path: "/v1/consistent-maps",
   title: "Map",
   about: "Consistent maps between all, improved by one another",
@@ -86,6 +90,7 @@ const mapping = {
 };
 
 const learning = {
+  most: 256,
   path: "/v1/prototypes",
   title: "Learn",
   about: "Learn a prototype of a class from examples",
@@ -108,7 +113,7 @@ export function fieldsOf({ fields, parameters }, ...given) {
   return parameters === undefined ? shown : [...shown, moreFields(parameters, shown)];
 }
 
-/** The tasks: address, fields and words of each. */
+/** The tasks: address, fields and words of each; `most` is the greatest number of shapes. */
 export const TASKS = {
   match: matching, batch: matchingAll, recognise: recognising, recogniseAll: recognisingAll,
   compare: comparing, map: mapping, register: registering, learn: learning,

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import httpx2
@@ -135,8 +136,7 @@ def test_shapes_are_drawn_whole_in_a_high_window(view: Page) -> None:
     for side in ("source", "target"):
         scene = view.locator(f".scene[data-side={side}]")
         scene.scroll_into_view_if_needed()
-        eventually(lambda scene=scene: scene.evaluate("s => s.clientHeight <= s.clientWidth"))
-        eventually(lambda scene=scene: within(scene))
+        eventually(partial(within, scene))
     view.set_viewport_size(SMALL)
 
 
@@ -147,7 +147,7 @@ def within(scene: Locator) -> bool:
     box = scene.bounding_box()
     assert box is not None
     places = [place(scene, SURFACE, vertex) for vertex in scene.evaluate(extreme)]
-    return all(
+    return box["height"] <= box["width"] and all(
         box["x"] <= x <= box["x"] + box["width"] and box["y"] <= y <= box["y"] + box["height"]
         for x, y in places
     )

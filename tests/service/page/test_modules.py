@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
+from tests.client._models.test_schema import OPENAPI
 from tests.service.conftest import Api
 from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
@@ -191,6 +192,34 @@ def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
     """
     assert call(page, "tasks", body, [60000, 5000]) == [[["checkbox", False]]] * 4
     assert call(page, "tasks", body, [20000, 5000]) == [[["number", False]]] * 4
+
+
+def test_tasks_have_the_limits_of_the_api(page: Page) -> None:
+    body = "return Object.values(m.TASKS).map(({ path, most }) => [path, most ?? null])"
+    schemas = OPENAPI["components"]["schemas"]
+    for path, most in call(page, "tasks", body, None):
+        content = OPENAPI["paths"][path]["post"]["requestBody"]["content"]
+        reference = content["application/json"]["schema"]["$ref"]
+        fields = schemas[reference.rpartition("/")[2]]["properties"]
+        listed = fields.get("shapes") or fields.get("targets")
+        if most is not None:
+            first = "targets" in fields or "template" in fields
+            assert most == listed["maxItems"] + first
+
+
+def test_tasks_for_fewer_shapes_cannot_be_chosen(page: Page) -> None:
+    body = """
+        const shapes = Array.from({ length: given }, (_, at) => ({ id: `s${at}`, name: `s${at}.off`,
+          vertices: 9, faces: 9, components: 1, has_colors: false }));
+        const form = m.jobForm(shapes, { task: "map" }, new AbortController().signal);
+        const task = form.querySelector("[value=map]");
+        return [task.disabled, task.checked, task.parentElement.textContent];
+    """
+    for count in (16, 17):
+        disabled, checked, text = call(page, "job_form", body, count)
+        assert disabled is (count == 17)
+        assert checked is (count == 16)
+        assert "at most 16 shapes" in text
 
 
 def test_large_meshes_are_simplified(page: Page) -> None:

@@ -230,7 +230,7 @@ def test_a_collection_is_compared_on_a_telephone(
 ) -> None:
     with opened(browser, api.url, viewport={"width": 390, "height": 800}) as page:
         page.goto("/")
-        examples = page.get_by_role("button", name="Compare six generated shapes")
+        examples = page.get_by_role("button", name="Choose six generated shapes")
         examples.click()
         expect(page.locator(".chips li")).to_have_count(6)
         expect(examples).to_be_focused()

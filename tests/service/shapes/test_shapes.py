@@ -259,7 +259,7 @@ def test_uploads_that_are_none(http: httpx2.Client) -> None:
 
 def test_a_file_over_the_limit(http: httpx2.Client) -> None:
     document = problem(post(http, bytes(LIMIT + 1)), 413, "upload-too-large")
-    assert str(LIMIT) in document["detail"]
+    assert document["detail"] == "The limit is 2.097 MB."
     problem(post(http, bytes(20 * LIMIT)), 413, "upload-too-large")
     # Right at the limit it is looked at, and found to be no mesh.
     problem(post(http, bytes(LIMIT)), 422, "unusable-mesh")
