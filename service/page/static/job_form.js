@@ -2,7 +2,7 @@
 
 import { get, post } from "./api.js";
 import { h, fill, button } from "./dom.js";
-import { keepEntries, restoreEntries } from "./entries.js";
+import { keepEntries, resetEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
 import { isOff, occupied, turnOff } from "./focus.js";
 import { count } from "./format.js";
@@ -64,10 +64,15 @@ export function jobForm(shapes, last, signal) {
       }
     });
   });
+  const defaults = button("Defaults", () => {
+    resetEntries(form);
+    keepEntries(last.task, form);
+    showErrors(form, [], fieldName);
+  });
   const names = tasksFor(shapes.length, learned);
   const allowed = names.filter((name) => !isOver(name, shapes));
   const first = allowed.includes(last.task) ? last.task : allowed[0] ?? names[0];
-  fill(form, names.length > 1 ? choiceOf(names, first, shapes, take) : null, parts, said, h("p", {}, submit));
+  fill(form, names.length > 1 ? choiceOf(names, first, shapes, take) : null, parts, said, h("p", { class: "actions" }, submit, defaults));
   take(first);
   return form;
 }

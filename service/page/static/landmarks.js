@@ -16,6 +16,9 @@ const ABOUT = "Click a point on one shape, then the corresponding point on the o
 /** Landmarks by the ids of the shapes, for when one comes back to the form. */
 const entered = new Map();
 
+/** Landmarks to begin with, for when the form of these two shapes is shown. */
+export const enterLandmarks = (ids, pairs) => entered.set(ids.join(), pairs);
+
 /** A form field for landmarks of two shapes; the shapes are drawn when it is opened. */
 export function landmarkField(shapes, signal) {
   const key = shapes.map((shape) => shape.id).join();

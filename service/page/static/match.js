@@ -4,6 +4,7 @@ import { get, orNull } from "./api.js";
 import { h, fill, figureList, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
 import { certificate, certifiedBadge, confidenceNote, digits, figure, lessEnergy, percent, several } from "./format.js";
+import { againLink } from "./match_again.js";
 import { matchScenes } from "./match_scenes.js";
 import { orientationNote } from "./orientation.js";
 import { pairTable } from "./pair_table.js";
@@ -44,7 +45,7 @@ export async function matchView(place, result, job, signal) {
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`),
       exportsOf(job), " ", picture, " ",
-      kept ? h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters") : null),
+      kept ? againLink(result, "Match again with other parameters") : null),
     result.dense !== null && !learned && kept ? carrying(job, source, target) : null,
 );
   await choose(0);

@@ -2,6 +2,7 @@
 
 import { post } from "./api.js";
 import { h, button } from "./dom.js";
+import { againLink } from "./match_again.js";
 import { problemBox } from "./problem.js";
 
 /** A note on a match that may be mirrored, with a button that repeats it; null if it cannot be. */
@@ -18,5 +19,5 @@ export function orientationNote(result) {
     }
   });
   return h("p", { class: "actions" }, "The energy is the same for the mirror image of this match: left and right may be swapped. ", again,
-    h("span", {}, " or ", h("a", { href: `#/with/${source}/${target}` }, "give a landmark"), "."));
+    h("span", {}, " or ", againLink(result, "give a landmark").filter(Boolean), "."));
 }

@@ -324,6 +324,52 @@ def result_named(api: Api, job: str) -> Json:
     return result
 
 
+def test_a_match_is_repeated_with_its_parameters(page: Page, api: Api, matched: Page) -> None:
+    told = result_of(matched, api)
+    first, second = told["correspondences"][:2]
+    asked: Json = {
+        "source": told["source"],
+        "target": told["target"],
+        "points": 9,
+        "metric": "geodesic",
+        "descriptor": [{"name": "geodesic_histogram", "bins": 12}],
+        "orientation": False,
+        "normalise": False,
+        "rho": 2.0,
+        "landmarks": [[first["source"], first["target"]], [second["source"], second["target"]]],
+    }
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
+    page.goto(f"/#/with/{told['source']}/{told['target']}")
+    # What was entered for another match is not mixed with it.
+    page.get_by_label("Extend the match").check()
+    page.goto(f"/#/jobs/{job}")
+    shown(page)
+    expect(page.get_by_text("(choose descriptor again)")).to_be_visible()
+    page.get_by_role("link", name="Match again with other parameters").click()
+    points = page.get_by_label("Points", exact=True)
+    expect(points).to_have_value("9")
+    expect(page.get_by_label("Metric", exact=True)).to_have_value("geodesic")
+    expect(page.get_by_label("Tell left from right")).not_to_be_checked()
+    expect(page.get_by_label("Extend the match")).not_to_be_checked()
+    expect(page.get_by_label("Rho", exact=True)).to_have_value("2")
+    expect(page.get_by_label("Normalise", exact=True)).to_have_value("false")
+    expect(page.locator(".landmarks li")).to_have_count(2)
+    page.get_by_role("button", name="Match", exact=True).click()
+    page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
+    shown(page)
+    again = result_of(page, api)["parameters"]
+    before = result_named(api, job)["parameters"]
+    assert again == before | {"descriptor": told["parameters"]["descriptor"]}
+    page.go_back()
+    page.get_by_role("button", name="Defaults").click()
+    expect(points).to_have_value("32")
+    expect(page.get_by_label("Metric", exact=True)).to_have_value("")
+    expect(page.get_by_label("Tell left from right")).to_be_checked()
+    expect(page.get_by_label("Normalise", exact=True)).to_have_value("")
+    page.reload()
+    expect(points).to_have_value("32")
+
+
 def test_narrow_drawings_offer_no_numbers(page: Page, api: Api, matched: Page) -> None:
     page.goto(f"/#/jobs/{job_of(matched)}")
     shown(page)
