@@ -42,9 +42,10 @@ function remarkOn(landmarks, side, apart, isFar) {
   const worst = apart.indexOf(Math.max(...apart));
   const negated = present.map((i) => landmarks[i].position).map(([x, y, z]) => [-x, -y, z]);
   const turned = negated.map((position) => distance(side, nearestTo(side, position), position));
+  const nearer = median(turned) < 0.5 * median(present.map((i) => apart[i]));
   return `${far} of ${present.length} landmarks ${far === 1 ? "is" : "are"} far from the surface, "${landmarks[worst].label}" by `
     + `${apart[worst].toPrecision(4)}; ${far === 1 ? "it is" : "they are"} left out. Are these landmarks of this mesh?`
-    + (median(turned) < 0.5 * median(present.map((i) => apart[i])) ? " With x and y negated they are nearer: are the coordinates of the mesh named rightly?" : "");
+    + (nearer ? " With x and y negated they are nearer: are the coordinates of the mesh named rightly?" : "");
 }
 
 const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];

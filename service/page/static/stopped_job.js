@@ -17,8 +17,9 @@ export async function stoppedJob(place, job, problem, signal) {
   fill(place,
     // Of jobs with a source, `shapes` of the request has other places.
     problem && problemBox(withNames({ ...problem, message: problem.detail }, job.source === null ? names : [])),
-    ids.length === 0 ? null : h("p", {}, "Shapes: ", ids.map((id, at) => [at === 0 ? "" : ", ", shapeLink(id, names[at])]),
-      isComplete(job, ids) ? "" : " and others"),
+    // The shape of an upload that was refused does not exist.
+    ids.length === 0 || job.kind === "validation" ? null : h("p", {},
+      "Shapes: ", ids.map((id, at) => [at === 0 ? "" : ", ", shapeLink(id, names[at])]), isComplete(job, ids) ? "" : " and others"),
     canRequest(job, ids) ? h("p", { class: "actions" },
       h("a", { href: `#/task/${TASKS[job.kind]}/${ids.join("/")}`, class: "button" }, "Request it again")) : null);
 }
