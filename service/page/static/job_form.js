@@ -82,14 +82,15 @@ const namesIn = (request, shapes) => (request.shapes ?? request.targets ?? []).m
 
 const isOver = (name, shapes) => shapes.length > TASKS[name].most;
 
-const limitOf = ({ most }) => (most === undefined ? null : h("span", { class: "faint" }, ` (at most ${count(most)} shapes)`));
+// The limit of a task, from half of it on.
+const limitOf = ({ most }, shapes) => (2 * shapes.length > most ? h("span", { class: "faint" }, ` (at most ${count(most)} shapes)`) : null);
 
 function choiceOf(names, first, shapes, take) {
   const option = (name) => h("label", {},
     h("input", {
       type: "radio", name: "task", value: name, checked: name === first, disabled: isOver(name, shapes), "data-form": true,
       onchange: () => take(name),
-    }), " ", TASKS[name].about, limitOf(TASKS[name]));
+    }), " ", TASKS[name].about, limitOf(TASKS[name], shapes));
   return h("fieldset", {}, h("legend", {}, "Task"), names.map(option));
 }
 
