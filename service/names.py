@@ -1,10 +1,11 @@
 """Ids and names as requests give them."""
 
 import re
+from collections.abc import Sequence
 from pathlib import PureWindowsPath
 from typing import Annotated, Final
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 ID_PATTERN: Final = r"^[0-9a-zA-Z_-]{1,64}$"
 """Ids of shapes, prototypes and jobs."""
@@ -32,6 +33,34 @@ def showable(name: str) -> str:
     if _UNSHOWABLE.search(name):
         raise ValueError("Input should be one line of text, without control characters")
     return name
+
+
+ShapeName = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(showable)]
+"""The name of a shape in a result."""
+
+
+def one_for_each(
+    what: str, given: Sequence[object] | None, others: str, items: Sequence[object] | None
+) -> None:
+    """Refuse a list in a request that has not an entry for each item of another.
+
+    Parameters
+    ----------
+    what, given
+        Name of an entry, and the list; None if it was left out.
+    others, items
+        Name of the items, and these; None if they are invalid themselves.
+
+    Raises
+    ------
+    ValueError
+        The lists differ in length.
+    """
+    if given is not None and items is not None and len(given) != len(items):
+        raise ValueError(
+            f"Input should have a {what} for each {others}: there are {len(given)} {what}s and"
+            f" {len(items)} {others}s"
+        )
 
 
 def base_name(path: str) -> str:

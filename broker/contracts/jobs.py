@@ -237,6 +237,7 @@ class DissimilaritiesPayload(_Payload):
 
     kind: Literal[JobKind.DISSIMILARITIES] = JobKind.DISSIMILARITIES
     shapes: tuple[str, ...]
+    names: tuple[str | None, ...] | None = None
     labels: tuple[str, ...] | None
     parameters: DissimilarityParameters
 
@@ -262,7 +263,12 @@ class RegistrationPayload(_Payload):
 
     kind: Literal[JobKind.REGISTRATION] = JobKind.REGISTRATION
     template: str
+    template_name: str | None = None
     shapes: tuple[str, ...] = Field(description="Ids of the specimens.")
+    names: tuple[str | None, ...] | None = Field(
+        default=None,
+        description="Names of the specimens; null for those that they are stored under.",
+    )
     scale: bool
     parameters: MatchParameters = Field(description="Parameters of the matches.")
 
@@ -277,6 +283,7 @@ class ConsistentMapsPayload(_Payload):
 
     kind: Literal[JobKind.CONSISTENT_MAPS] = JobKind.CONSISTENT_MAPS
     shapes: tuple[str, ...]
+    names: tuple[str | None, ...] | None = None
     parameters: MatchParameters = Field(description="Parameters of the pairwise matches.")
 
     @property

@@ -50,7 +50,6 @@ from isomatch._cli import (
     render,
     run,
     run_batch,
-    shape_name,
     takes,
     transfer,
     uploaded,
@@ -58,7 +57,7 @@ from isomatch._cli import (
 )
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
-from isomatch._models import DissimilarityParameters, MatchParameters
+from isomatch._models import DissimilarityParameters, MatchParameters, Shape
 
 app = typer.Typer(
     name="isomatch",
@@ -130,9 +129,9 @@ def match(
     with connected(url, as_json) as client:
         # The result of a single match, which is waited for, has the repairs.
         repairs = folder is not None or not wait
-        first = source
+        first: Shape | str = source
         if not names_prototype(source):
-            first = uploaded(client, [source], as_json, repairs)[0].id
+            (first,) = uploaded(client, [source], as_json, repairs)
         failures = Failures(as_json)
         given = usable(client, targets, failures, repairs)
         if folder is not None:
@@ -179,22 +178,19 @@ def compare(
     classes = None if labels is None else labels.split(",")
     with connected(url, as_json) as client:
         shapes = uploaded(client, meshes, as_json)
-        called = [shape_name(mesh, shape) for mesh, shape in zip(meshes, shapes, strict=True)]
         if labels_from_names:
-            classes = [class_of(name) for name in called]
+            classes = [class_of(shape.name) for shape in shapes]
             if len(set(classes)) == 1 and not as_json:
                 typer.echo(
                     f"warning: all names are of one class, {classes[0]!r}: retrieval always finds"
                     " a shape of the same class, so its scores say nothing",
                     err=True,
                 )
-        names = {shape.id: Path(name).stem for shape, name in zip(shapes, called, strict=True)}
         run(
             lambda: client.dissimilarities(shapes, classes, **parameters),
             as_json,
             output,
             picture,
-            names,
             wait,
             client.base_url,
         )

@@ -3,8 +3,8 @@
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from broker.contracts import MOST_TARGETS, BatchMatch, JobState
-from service.matches import ShapeName, SourceRequest
-from service.names import NamedId
+from service.matches import SourceRequest
+from service.names import NamedId, ShapeName, one_for_each
 
 
 class BatchRequest(SourceRequest):
@@ -48,12 +48,7 @@ class BatchRequest(SourceRequest):
     def _one_for_each(
         cls, names: tuple[str | None, ...] | None, info: ValidationInfo
     ) -> tuple[str | None, ...] | None:
-        targets = info.data.get("targets")
-        if names is not None and targets is not None and len(names) != len(targets):
-            raise ValueError(
-                f"Input should have a name for each target: there are {len(names)} names and"
-                f" {len(targets)} targets"
-            )
+        one_for_each("name", names, "target", info.data.get("targets"))
         return names
 
 

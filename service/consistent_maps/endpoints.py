@@ -59,4 +59,4 @@ def _payload(asked: ConsistentMapsRequest, service: Service) -> ConsistentMapsPa
         proof="candidates",
         largest_component=asked.largest_component,
     )
-    return ConsistentMapsPayload(shapes=asked.shapes, parameters=parameters)
+    return ConsistentMapsPayload(shapes=asked.shapes, names=asked.names, parameters=parameters)

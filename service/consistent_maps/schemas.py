@@ -1,10 +1,10 @@
 """Requests for consistent maps of a collection."""
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, ValidationInfo, field_validator
 
 from broker.contracts import MOST_MAPPED_SHAPES
 from service.jobs import JobRequest
-from service.names import NamedId
+from service.names import NamedId, ShapeName, one_for_each
 
 _SHAPES = (
     "9b74c9897bac770ffc029102a200c5de",
@@ -30,7 +30,23 @@ class ConsistentMapsRequest(JobRequest):
         fail_fast=True,
         description="Ids of the shapes, each once. Cycle errors, and so improvements, need three.",
     )
+    names: tuple[ShapeName | None, ...] | None = Field(
+        default=None,
+        max_length=MOST_MAPPED_SHAPES,
+        strict=False,
+        fail_fast=True,
+        description="Names of the shapes in the result, in the order of `shapes`; null for those"
+        " they are stored under.",
+    )
     largest_component: bool = Field(
         default=False,
         description="Take the largest component of a shape that has several, instead of the whole.",
     )
+
+    @field_validator("names")
+    @classmethod
+    def _name_for_each(
+        cls, names: tuple[str | None, ...] | None, info: ValidationInfo
+    ) -> tuple[str | None, ...] | None:
+        one_for_each("name", names, "shape", info.data.get("shapes"))
+        return names

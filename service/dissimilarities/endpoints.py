@@ -146,5 +146,8 @@ def _payload(asked: DissimilaritiesRequest, service: Service) -> Dissimilarities
     shapes = use_shapes(service, shape_fields(asked.shapes))
     check_shapes(asked, shapes, _REFUSED, few_vertices(shapes, asked.points))
     return DissimilaritiesPayload(
-        shapes=asked.shapes, labels=asked.labels, parameters=asked.parameters()
+        shapes=asked.shapes,
+        names=asked.names,
+        labels=asked.labels,
+        parameters=asked.parameters(),
     )

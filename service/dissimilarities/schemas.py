@@ -6,7 +6,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInf
 
 from broker.contracts import MOST_SHAPES, DissimilarityParameters, JobState
 from service.jobs import JobRequest
-from service.names import NamedId, showable
+from service.names import NamedId, ShapeName, one_for_each, showable
 
 Label = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
 
@@ -49,18 +49,30 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
         " and the heat map ordered.",
     )
 
+    names: tuple[ShapeName | None, ...] | None = Field(
+        default=None,
+        max_length=MOST_SHAPES,
+        strict=False,
+        fail_fast=True,
+        description="Names of the shapes in the result, in the order of `shapes`; null for those"
+        " they are stored under.",
+    )
+
     @field_validator("labels")
     @classmethod
-    def _one_for_each(
+    def _label_for_each(
         cls, labels: tuple[str, ...] | None, info: ValidationInfo
     ) -> tuple[str, ...] | None:
-        shapes = info.data.get("shapes")
-        if labels is not None and shapes is not None and len(labels) != len(shapes):
-            raise ValueError(
-                f"Input should have a label for each shape: there are {len(labels)} labels and"
-                f" {len(shapes)} shapes"
-            )
+        one_for_each("label", labels, "shape", info.data.get("shapes"))
         return labels
+
+    @field_validator("names")
+    @classmethod
+    def _name_for_each(
+        cls, names: tuple[str | None, ...] | None, info: ValidationInfo
+    ) -> tuple[str | None, ...] | None:
+        one_for_each("name", names, "shape", info.data.get("shapes"))
+        return names
 
     def parameters(self) -> DissimilarityParameters:
         """Return the parameters of the comparison alone."""

@@ -2,8 +2,8 @@
 
 from service.matches import endpoints
 from service.matches.endpoints import checked_parameters
-from service.matches.schemas import ShapeName, SourceRequest
+from service.matches.schemas import SourceRequest
 
 ROUTERS = (endpoints.router,)
 
-__all__ = ["ROUTERS", "ShapeName", "SourceRequest", "checked_parameters"]
+__all__ = ["ROUTERS", "SourceRequest", "checked_parameters"]

@@ -1,14 +1,10 @@
 """Requests to match a shape or a prototype with a shape."""
 
-from typing import Annotated
-
-from pydantic import AfterValidator, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
 from broker.contracts import MatchParameters
 from service.jobs import JobRequest
-from service.names import ID_PATTERN, LONGEST, showable
-
-ShapeName = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(showable)]
+from service.names import ID_PATTERN, ShapeName
 
 
 class SourceRequest(MatchParameters, JobRequest):

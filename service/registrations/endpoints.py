@@ -60,5 +60,10 @@ def _payload(asked: RegistrationRequest, service: Service) -> RegistrationPayloa
         wrong.append(FieldProblem(field="body.template", message=message))
     refuse(wrong, _REFUSED)
     return RegistrationPayload(
-        template=asked.template, shapes=asked.shapes, scale=asked.scale, parameters=parameters
+        template=asked.template,
+        template_name=asked.template_name,
+        shapes=asked.shapes,
+        names=asked.names,
+        scale=asked.scale,
+        parameters=parameters,
     )

@@ -1,10 +1,10 @@
 """Requests to register a template to specimens."""
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, ValidationInfo, field_validator
 
 from broker.contracts import MOST_SPECIMENS
 from service.jobs import JobRequest
-from service.names import NamedId
+from service.names import NamedId, ShapeName, one_for_each
 
 _TEMPLATE = "9b74c9897bac770ffc029102a200c5de"
 _ONE = "37b51d194a7513e45b56f6524f2d51f2"
@@ -26,6 +26,11 @@ class RegistrationRequest(JobRequest):
     )
 
     template: NamedId = Field(description="Id of the shape whose vertices and triangles are taken.")
+    template_name: ShapeName | None = Field(
+        default=None,
+        description="Name of the template in the result, such as that of this upload of its file;"
+        " null for the name it is stored under.",
+    )
     # A JSON array arrives as a list, which is not strictly a tuple.
     shapes: tuple[NamedId, ...] = Field(
         min_length=1,
@@ -33,6 +38,14 @@ class RegistrationRequest(JobRequest):
         strict=False,
         fail_fast=True,
         description="Ids of the specimens, each once.",
+    )
+    names: tuple[ShapeName | None, ...] | None = Field(
+        default=None,
+        max_length=MOST_SPECIMENS,
+        strict=False,
+        fail_fast=True,
+        description="Names of the specimens in the result, in the order of `shapes`; null for those"
+        " they are stored under.",
     )
     scale: bool = Field(
         default=False,
@@ -43,3 +56,11 @@ class RegistrationRequest(JobRequest):
         default=False,
         description="Take the largest component of a shape that has several, instead of the whole.",
     )
+
+    @field_validator("names")
+    @classmethod
+    def _name_for_each(
+        cls, names: tuple[str | None, ...] | None, info: ValidationInfo
+    ) -> tuple[str | None, ...] | None:
+        one_for_each("name", names, "shape", info.data.get("shapes"))
+        return names

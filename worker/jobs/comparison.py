@@ -24,6 +24,7 @@ from worker.jobs.context import JobContext
 from worker.jobs.dissimilarities import arrays_of, result_of
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL, WAITING
+from worker.jobs.shape_names import shape_names
 from worker.jobs.signatures import cached_signatures, compute_signature
 
 CHUNK_SECONDS: Final = 0.5
@@ -89,8 +90,8 @@ class Comparison:
         found = store.chunks.results(job.id, PAIRS)
         data = b"".join(found[number] for number in range(len(found)))
         values = np.frombuffer(data, dtype="<f8").astype(np.float64)
-        records = store.shapes.records(self.payload.shapes)
-        names = tuple("" if record is None else record.name for record in records)
+        known = shape_names(self.payload.shapes, self.payload.names, store)
+        names = tuple(name or "" for name in known)
         result = result_of(self.payload, values, self._timings(), names)
         store.results.set_arrays(job.id, arrays_of(result, values))
         document = result.model_dump_json().encode()

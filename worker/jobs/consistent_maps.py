@@ -19,6 +19,7 @@ from worker.jobs.failures import ShapeGone, TimeUp, UnusableShape, attributed_to
 from worker.jobs.matches import load_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
+from worker.jobs.shape_names import shape_names
 
 _LOADED: Final = 0.1
 _MATCHED: Final = 0.9
@@ -48,7 +49,7 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> byt
         Through the reporter.
     """
     start, store = time.perf_counter(), context.store
-    names = [None if one is None else one.name for one in store.shapes.records(payload.shapes)]
+    names = shape_names(payload.shapes, payload.names, store)
     seconds = context.queue.settings.job_timeout
     limit = context.reporter.control(_LOADED, _MATCHED).within(SHARE_FOR_PARTS * seconds)
     last = context.reporter.control(_MATCHED).within(_TIME_OF_ALL * seconds)

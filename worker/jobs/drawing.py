@@ -1,7 +1,6 @@
 """Pictures of results, and results in other formats: of a match, a matrix or a transfer."""
 
 import gzip
-from collections.abc import Sequence
 
 from broker.contracts import (
     DissimilarityResult,
@@ -26,6 +25,7 @@ from worker.jobs.registered_files import (
     export_match_registered,
     export_registered,
 )
+from worker.jobs.shape_names import shape_names
 from worker.pictures import draw_match, draw_matrix, draw_prototype_match, hypothesis_of
 
 
@@ -51,7 +51,8 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
     if drawn.kind is JobKind.DISSIMILARITIES:
         matrix = DissimilarityResult.model_validate_json(gzip.decompress(packed))
         present = draw_matrix if payload.format == "png" else export_matrix
-        picture = present(matrix, _names(matrix.shapes, store))
+        names = matrix.names or [name or "" for name in shape_names(matrix.shapes, None, store)]
+        picture = present(matrix, names)
     elif drawn.kind is JobKind.TRANSFER:
         carried = TransferResult.model_validate_json(gzip.decompress(packed))
         picture = export_transfer(carried, payload.job, payload.format, store)
@@ -79,7 +80,7 @@ def _presented_registration(
 
 def _drawn_match(result: MatchResult, payload: PicturePayload, store: Store) -> bytes:
     answer = hypothesis_of(result, payload.alternative)
-    (target_name,) = _names((result.target,), store)
+    (target_name,) = shape_names([result.target], [result.target_name], store)
     target = stored_mesh(result.target, store.shapes)
     if result.source_kind == "prototype":
         prototype, record = (
@@ -87,14 +88,9 @@ def _drawn_match(result: MatchResult, payload: PicturePayload, store: Store) -> 
             store.prototypes.get(result.source),
         )
         name = "" if record is None else f"{record.name}, version {record.version}"
-        names = name, result.target_name or target_name
+        names = name, target_name or ""
         return draw_prototype_match(prototype, target, answer, names, payload.view)
-    (source_name,) = _names((result.source,), store)
-    names = result.source_name or source_name, result.target_name or target_name
+    (source_name,) = shape_names([result.source], [result.source_name], store)
+    names = source_name or "", target_name or ""
     source = stored_mesh(result.source, store.shapes)
     return draw_match(source, target, answer, names, payload.view)
-
-
-def _names(shapes: Sequence[str], store: Store) -> list[str]:
-    records = store.shapes.records(shapes)
-    return ["" if record is None else record.name for record in records]

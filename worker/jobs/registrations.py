@@ -34,6 +34,7 @@ from worker.jobs.options import options_of
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.registered_files import rows_of_file
 from worker.jobs.registration_warnings import doubtful_specimens
+from worker.jobs.shape_names import shape_names
 
 _LEAST_VERTICES: Final = 4
 """Least number of vertices of a surface that can be registered."""
@@ -74,8 +75,8 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
         Through the reporter.
     """
     start, reporter, store = time.perf_counter(), context.reporter, context.store
-    known = store.shapes.records([payload.template, *payload.shapes])
-    template_name, *names = (None if one is None else one.name for one in known)
+    (template_name,) = shape_names([payload.template], [payload.template_name], store)
+    names = shape_names(payload.shapes, payload.names, store)
     seconds = SHARE_FOR_PARTS * context.queue.settings.job_timeout
     parts = reporter.control(0.0, 1.0 - _STATISTICS_SHARE).within(seconds)
     parts.report("spectrum of the template", 0.0)

@@ -40,7 +40,7 @@ from isomatch._cli.prototype_commands import prototypes
 from isomatch._cli.register_command import register
 from isomatch._cli.serve import serve
 from isomatch._cli.transfer_command import transfer
-from isomatch._cli.uploads import class_of, named_upload, shape_name, uploaded, usable
+from isomatch._cli.uploads import class_of, named_upload, uploaded, usable
 
 __all__ = [
     "COMPARE_EXAMPLES",
@@ -85,7 +85,6 @@ __all__ = [
     "run",
     "run_batch",
     "serve",
-    "shape_name",
     "takes",
     "transfer",
     "uploaded",

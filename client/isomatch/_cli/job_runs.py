@@ -2,10 +2,10 @@
 
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType, MappingProxyType
+from types import FrameType
 from typing import cast
 
 import typer
@@ -82,7 +82,6 @@ def run(
     as_json: bool,
     output: Path | None,
     picture: Path | None,
-    names: Mapping[str, str] = MappingProxyType({}),
     wait: bool = True,
     page: str | None = None,
     view: str | None = None,
@@ -95,8 +94,6 @@ def run(
         Function that starts the job.
     as_json, output, picture
         Output of the result: as JSON, to a file, as a picture.
-    names
-        Names of the shapes by their ids.
     wait
         Wait for the result; if False, print the job's id, or its record as JSON.
     page
@@ -106,7 +103,7 @@ def run(
     """
     with cancelled_by_interrupt(start, page, as_json) as job:
         if wait:
-            finish(job, as_json, output, picture, names, view=view)
+            finish(job, as_json, output, picture, view=view)
         else:
             typer.echo(job.record.model_dump_json() if as_json else job.id)
 
@@ -128,7 +125,6 @@ def finish(
     as_json: bool,
     output: Path | None,
     picture: Path | None,
-    names: Mapping[str, str] = MappingProxyType({}),
     alternative: int | None = None,
     view: str | None = None,
 ) -> None:
@@ -146,7 +142,7 @@ def finish(
     elif isinstance(result, Batch):
         render.print_batch(result, render.standard_output())
     elif isinstance(result, Dissimilarities):
-        render.print_dissimilarities(result, names, render.standard_output())
+        render.print_dissimilarities(result, render.standard_output())
     elif isinstance(result, Transfer):
         render.print_transfer(result, render.standard_output())
     elif isinstance(result, Registration):

@@ -11,9 +11,7 @@ from isomatch._cli.job_runs import interrupts_deferred
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._cli.uploads import shape_name, uploaded, usable
-from isomatch._clients import Client, Job
 from isomatch._http import DEFAULT_URL
-from isomatch._results import Registration
 
 PICTURE = "components.png"
 ARRAYS = "components.npz"
@@ -50,7 +48,8 @@ def register(
         names = [Path(shape_name(*one)).stem for one in given]
         _check_names(names)
         files_given(folder, [PICTURE, ARRAYS, *(f"{name}.ply" for name in ("mean", *names))])
-        job = _started(client, source.id, [one.id for one in shapes], scale, largest_component)
+        with interrupts_deferred():
+            job = client.register(source, shapes, scale=scale, largest_component=largest_component)
         try:
             found = job.result(progress=not as_json)
         except KeyboardInterrupt:
@@ -61,17 +60,10 @@ def register(
         if as_json:
             typer.echo(found.to_json())
         else:
-            print_registration(found, render.standard_output(), names)
+            print_registration(found, render.standard_output())
         failures.check()
         if not all(one.registered for one in found.specimens):
             raise typer.Exit(REFUSED)
-
-
-def _started(
-    client: Client, template: str, shapes: list[str], scale: bool, largest_component: bool
-) -> Job[Registration]:
-    with interrupts_deferred():
-        return client.register(template, shapes, scale=scale, largest_component=largest_component)
 
 
 def _check_names(names: list[str]) -> None:

@@ -1,7 +1,5 @@
 """Registrations as tables."""
 
-from collections.abc import Sequence
-
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Column, Table
@@ -14,20 +12,8 @@ _SHOWN = 10
 """Components that are printed."""
 
 
-def print_registration(
-    found: Registration, console: Console, names: Sequence[str] | None = None
-) -> None:
-    """Print how well the template was registered to each specimen, and the components.
-
-    Parameters
-    ----------
-    found
-        The result.
-    console
-        Where it is printed.
-    names
-        Names of the specimens, if not those they are stored under.
-    """
+def print_registration(found: Registration, console: Console) -> None:
+    """Print how well the template was registered to each specimen, and the components."""
     table = Table(
         Column("specimen"),
         Column("id", no_wrap=True),
@@ -37,13 +23,12 @@ def print_registration(
         box=SIMPLE_HEAD,
         pad_edge=False,
     )
-    stored = [one.name or "-" for one in found.specimens]
-    for name, one in zip(stored if names is None else names, found.specimens, strict=True):
+    for one in found.specimens:
         measures = ["-", "-", f"not registered: {one.reason}"]
         if one.registered:
             reflected = " (reflected)" if one.reflected else ""
             measures = [f"{one.max_distance:.4f}", str(one.flipped), f"{one.confidence}{reflected}"]
-        table.add_row(*map(Text, (name, one.shape, *measures)))
+        table.add_row(*map(Text, (one.name or "-", one.shape, *measures)))
     console.print(table)
     shares = [f"{100.0 * one.explained:.1f} %" for one in found.components[:_SHOWN]]
     if shares:

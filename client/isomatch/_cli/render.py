@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import repeat
+from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -193,21 +194,10 @@ def print_transfer(transfer: Transfer, console: Console) -> None:
     print_warnings(transfer.warnings, console)
 
 
-def print_dissimilarities(
-    result: Dissimilarities, names: Mapping[str, str], console: Console
-) -> None:
-    """Print a collection: the nearest shape of each, and the certificate.
-
-    Parameters
-    ----------
-    result
-        The dissimilarities.
-    names
-        Names of the shapes by their ids.
-    console
-        Output.
-    """
-    called = [names.get(shape, shape) for shape in result.shapes]
+def print_dissimilarities(result: Dissimilarities, console: Console) -> None:
+    """Print a collection: the nearest shape of each, and the certificate."""
+    names = result.names or ("",) * len(result.shapes)
+    called = [Path(name).stem or shape for name, shape in zip(names, result.shapes, strict=True)]
     columns = [Column("shape"), Column("nearest"), Column("dissimilarity", justify="right")]
     labels = result.labels
     if labels is not None:

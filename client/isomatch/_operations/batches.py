@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import JobRecord, MatchParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.request_parts import id_of, names_of, path_to
 from isomatch._results import BatchProgress, Prototype
 from isomatch._webhooks import Webhook
 
@@ -20,15 +20,13 @@ def start_batch(
     """Queue the matches of one source with many targets."""
     check_names(parameters, MatchParameters.__annotations__, "match_many")
     every = list(targets)
-    # The same bytes under two names are one shape; each upload keeps its name.
-    names: list[Json] = [one.name if isinstance(one, Shape) else None for one in every]
+    (source_name,) = names_of([source])
     body: dict[str, Json] = {
         "source": id_of(source),
+        "source_name": source_name,
         "targets": [id_of(one) for one in every],
-        "target_names": names,
+        "target_names": names_of(every),
     }
-    if isinstance(source, Shape):
-        body["source_name"] = source.name
     return (yield from start_job("/v1/batches", body, parameters, webhook, key))
 
 

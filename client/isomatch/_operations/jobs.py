@@ -41,7 +41,7 @@ from isomatch._models import (
     Shape,
     check_names,
 )
-from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.request_parts import id_of, names_of, path_to
 from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
 from isomatch._webhooks import Webhook
@@ -65,10 +65,13 @@ def start_match(
 ) -> Operation[JobRecord]:
     """Queue a match."""
     check_names(parameters, MatchParameters.__annotations__)
-    body: dict[str, Json] = {"source": id_of(source), "target": id_of(target)}
-    # The same bytes under two names are one shape; each upload keeps its name.
-    named = {"source_name": source, "target_name": target}
-    body |= {field: one.name for field, one in named.items() if isinstance(one, Shape)}
+    source_name, target_name = names_of([source, target])
+    body: dict[str, Json] = {
+        "source": id_of(source),
+        "source_name": source_name,
+        "target": id_of(target),
+        "target_name": target_name,
+    }
     return (yield from start_job("/v1/matches", body, parameters, webhook, key))
 
 
@@ -81,7 +84,8 @@ def start_dissimilarities(
 ) -> Operation[JobRecord]:
     """Queue the comparison of a collection."""
     check_names(parameters, DissimilarityParameters.__annotations__, "dissimilarities")
-    body: dict[str, Json] = {"shapes": [id_of(shape) for shape in shapes]}
+    every = list(shapes)
+    body: dict[str, Json] = {"shapes": [id_of(one) for one in every], "names": names_of(every)}
     if labels is not None:
         body["labels"] = [str(label) for label in labels]
     return (yield from start_job("/v1/dissimilarities", body, parameters, webhook, key))
@@ -94,7 +98,8 @@ def start_consistent_maps(
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue the consistent maps of a collection."""
-    body: dict[str, Json] = {"shapes": [id_of(shape) for shape in shapes]}
+    every = list(shapes)
+    body: dict[str, Json] = {"shapes": [id_of(one) for one in every], "names": names_of(every)}
     parameters = {"largest_component": largest_component}
     return (yield from start_job("/v1/consistent-maps", body, parameters, webhook, key))
 

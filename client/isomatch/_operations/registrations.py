@@ -4,10 +4,10 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from isomatch._http import Operation
+from isomatch._http import Json, Operation
 from isomatch._models import JobRecord, Shape
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of
+from isomatch._operations.request_parts import id_of, names_of
 from isomatch._operations.results import get_file
 from isomatch._webhooks import Webhook
 
@@ -24,7 +24,14 @@ def start_registration(
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue the registration of a template to specimens."""
-    body = {"template": id_of(template), "shapes": [id_of(shape) for shape in shapes]}
+    every = list(shapes)
+    (template_name,) = names_of([template])
+    body: dict[str, Json] = {
+        "template": id_of(template),
+        "template_name": template_name,
+        "shapes": [id_of(one) for one in every],
+        "names": names_of(every),
+    }
     parameters = {"scale": scale, "largest_component": largest_component}
     return (yield from start_job("/v1/registrations", body, parameters, webhook, key))
 

@@ -2,9 +2,12 @@
 
 import os
 import re
+from collections.abc import Iterable
 from typing import Final, Protocol
 from urllib.parse import quote
 
+from isomatch._http import Json
+from isomatch._models import Shape
 from isomatch._results import Result
 
 HELD: Final = 60.0
@@ -37,6 +40,14 @@ def id_of(given: Identified | str) -> str:
     if isinstance(given, Result):
         raise TypeError("a result does not know its job: give the job itself, or its id")
     return given if isinstance(given, str) else given.id
+
+
+def names_of(shapes: Iterable[Identified | str]) -> list[Json]:
+    """Return the names of shapes, None for those given as ids.
+
+    The same bytes under two names are one shape; each upload keeps its name.
+    """
+    return [one.name if isinstance(one, Shape) else None for one in shapes]
 
 
 def path_to(*parts: str) -> str:

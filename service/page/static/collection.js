@@ -23,7 +23,7 @@ export async function collectionProgress(place, path, signal) {
 }
 
 export async function collectionView(place, result, job, signal) {
-  const names = await namesOf(result.shapes, signal);
+  const names = result.names ?? await namesOf(result.shapes, signal);
   document.title = `${result.shapes.length} shapes – isomatch`;
   const map = h("div", { class: "heat", role: "img", "aria-label": "Heat map of the dissimilarities; the table below has the nearest of each shape" });
   const detail = h("section", { class: "card detail", "aria-live": "polite", "aria-label": "The chosen pair", tabindex: -1 },

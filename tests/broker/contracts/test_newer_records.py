@@ -7,6 +7,7 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from broker.contracts import (
+    ConsistentMapsPayload,
     DissimilaritiesPayload,
     DissimilarityParameters,
     JobKind,
@@ -17,6 +18,7 @@ from broker.contracts import (
     PicturePayload,
     PrototypeParameters,
     PrototypePayload,
+    RegistrationPayload,
     TimeSlicePayload,
 )
 from broker.queue import JobQueue, new_job
@@ -80,6 +82,30 @@ def test_defaults_are_not_stored_and_are_read_back(
     assert record is not None
     assert record.payload == payload
     assert set(kept(queue, job)) == given
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        COMPARED,
+        ConsistentMapsPayload(shapes=SHAPES, parameters=MatchParameters()),
+        RegistrationPayload(
+            template=SHAPES[0], shapes=SHAPES[1:], scale=False, parameters=MatchParameters()
+        ),
+    ],
+    ids=["dissimilarities", "consistent maps", "registration"],
+)
+def test_records_from_before_names_are_read(queue: JobQueue, payload: Payload) -> None:
+    key = DEFAULT_KEYS.job(queue.submit(new_job(payload)).id)
+    found = queue.store.client.hget(key, "record")
+    assert found is not None
+    document = json.loads(found)
+    for name in ("names", "template_name"):
+        document["payload"].pop(name, None)
+    queue.store.client.hset(key, "record", json.dumps(document))
+    record = queue.store.jobs.get(document["id"])
+    assert record is not None
+    assert record.payload == payload
 
 
 def test_an_unreadable_job_fails_with_the_reason(queue: JobQueue) -> None:

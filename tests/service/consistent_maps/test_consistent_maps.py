@@ -114,6 +114,9 @@ def test_unknown_and_repeated_shapes_are_refused(
     assert wrong["errors"][0]["field"] == "body.shapes.1"
     problem(http.post(PATH, json={"shapes": [ids[1], "0" * 32]}), 422, "unknown-shape")
     problem(http.post(PATH, json={"shapes": ids[:1]}), 422, "invalid-request")
+    body = {"shapes": ids, "names": ["one"]}
+    wrong = problem(http.post(PATH, json=body), 422, "invalid-request")
+    assert wrong["errors"][0]["field"] == "body.names"
 
 
 def test_a_collection_without_any_map_fails_with_the_reason(

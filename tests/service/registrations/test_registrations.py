@@ -221,11 +221,16 @@ def test_templates_that_there_are_not_are_refused(http: httpx2.Client, job: Json
     assert wrong["errors"][0]["field"] == "query.specimen"
 
 
-def test_repeated_specimens_are_refused(http: httpx2.Client, given: tuple[str, list[str]]) -> None:
+def test_repeated_specimens_and_missing_names_are_refused(
+    http: httpx2.Client, given: tuple[str, list[str]]
+) -> None:
     template, specimens = given
     body = {"template": template, "shapes": [specimens[0], specimens[0]]}
     wrong = problem(http.post("/v1/registrations", json=body), 422, "invalid-request")
     assert wrong["errors"][0]["field"] == "body.shapes.1"
+    body = {"template": template, "shapes": specimens[:2], "names": ["one"]}
+    wrong = problem(http.post("/v1/registrations", json=body), 422, "invalid-request")
+    assert wrong["errors"][0]["field"] == "body.names"
 
 
 def test_a_cancelled_registration_ends(http: httpx2.Client, given: tuple[str, list[str]]) -> None:
