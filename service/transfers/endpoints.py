@@ -80,7 +80,9 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
     refuse(_points_out_of_range(asked, shapes["body.match"]), _REFUSED)
     refuse(_faces_of_points(asked, shapes["body.match.target"]), _REFUSED)
     if asked.attributes is not None:
-        _check_rows(use_attributes(service, asked.attributes), shapes["body.match"])
+        shape = shapes["body.match"]
+        name = match.source_name if source == match.source else match.target_name
+        _check_rows(use_attributes(service, asked.attributes), shape, name or shape.name)
     return TransferPayload(
         match=asked.match,
         source=source,
@@ -110,9 +112,9 @@ def _faces_of_points(asked: TransferRequest, onto: ShapeRecord) -> list[FieldPro
     return [FieldProblem(field="body.on", message=message)]
 
 
-def _check_rows(attributes: AttributesRecord, shape: ShapeRecord) -> None:
+def _check_rows(attributes: AttributesRecord, shape: ShapeRecord, name: str) -> None:
     """Refuse a file none of whose attributes has a row for every vertex, or every face."""
-    if shape.file_vertices is None:
+    if shape.file_vertices is None or shape.file_faces is None:
         return
     given = {attributes.rows, *(one.rows or 0 for one in attributes.attributes)}
     if any(shape.vertices <= rows <= shape.file_vertices for rows in given):
@@ -120,7 +122,7 @@ def _check_rows(attributes: AttributesRecord, shape: ShapeRecord) -> None:
     if shape.file_faces in given:
         return
     message = (
-        f"it has {attributes.rows} rows, and the shape's file has {shape.file_vertices} vertices"
-        f" and {shape.file_faces} faces; give one for each"
+        f"it has {attributes.rows:,} rows, but {name} has {shape.file_vertices:,} vertices and"
+        f" {shape.file_faces:,} faces; give a row for each vertex, or for each face"
     )
     refuse([FieldProblem(field="body.attributes", message=message)], _REFUSED)

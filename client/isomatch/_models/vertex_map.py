@@ -91,4 +91,7 @@ class VertexMap:
         last = int(self.faces.max(initial=-1))
         have = 0 if rows.ndim == 0 else len(rows)
         if last >= have:
-            raise ValueError(f"there are {have} rows of values, but a corner is vertex {last}")
+            raise ValueError(
+                f"there are {have:,} rows of values, but the other file has vertices 0 to at least"
+                f" {last:,}: give a row for each, in its order"
+            )

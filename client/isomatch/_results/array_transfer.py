@@ -46,29 +46,26 @@ def transferred(
     kind: TransferKind,
     direction: Direction,
     influences: int | None,
+    name: str,
     rows: int | None,
     others: int | None,
 ) -> npt.NDArray[Any]:
     """Carry values from one shape of a match to the other; see :meth:`isomatch.Match.transfer`.
 
-    `rows` is the number of vertices of the file that values are of, `others` that of the other
-    file; None if it is not known.
+    `name` is that of the shape that values are of, `rows` the number of vertices of its file, and
+    `others` that of the other file; None if it is not known.
     """
     forwards = goes_forwards(direction)
     if kind == "landmarks":
         return _images(dense.source_to_target if forwards else dense.target_to_source, values)
-    if rows is not None and np.ndim(values) and len(np.asarray(values)) > rows:
-        raise ValueError(
-            f"there are {len(np.asarray(values))} rows of values, and the file has {rows} vertices;"
-            " values of faces are carried by Client.transfer"
-        )
-    # Each vertex takes the value at its image, so the map goes the other way.
-    along = dense.target_to_source if forwards else dense.source_to_target
-    if kind == "labels":
-        return by_vertex(along, _whole(along.majority(values)), others)
     if kind not in ARRAY_KINDS:
         raise ValueError(f"kind is one of {', '.join(ARRAY_KINDS)}, not {kind!r}")
+    # Each vertex takes the value at its image, so the map goes the other way.
+    along = dense.target_to_source if forwards else dense.source_to_target
     given = np.asarray(values)
+    _check_rows(given, along, name, rows)
+    if kind == "labels":
+        return by_vertex(along, _whole(along.majority(given)), others)
     numbers = given.astype(np.float64)
     if np.isinf(numbers).any():
         raise ValueError("values must not be infinite")
@@ -79,6 +76,19 @@ def transferred(
         rounded: npt.NDArray[np.uint8] = np.rint(np.nan_to_num(found)).astype(np.uint8)
         return rounded
     return found
+
+
+def _check_rows(values: npt.NDArray[Any], along: VertexMap, name: str, rows: int | None) -> None:
+    """Refuse values that have not a row for each vertex of the file they are of."""
+    have = len(values) if values.ndim else 0
+    # What the service carried ends with the last vertex that a face uses.
+    least = int(along.faces.max(initial=-1)) + 1
+    if have < least or (rows is not None and have > rows):
+        count = f"{rows:,}" if rows is not None else f"at least {least:,}"
+        raise ValueError(
+            f"there are {have:,} rows of values, but {name} has {count} vertices: give a row for"
+            " each, in the order of its file; Client.transfer carries values of faces"
+        )
 
 
 def _images(along: VertexMap, vertices: npt.ArrayLike) -> npt.NDArray[np.int64]:

@@ -184,10 +184,11 @@ class Match(Result, Correspondences):
         --------
         >>> labels = match.transfer(source_labels, "labels")  # of the target's vertices
         """
-        rows, others = self.source_file_vertices, self.target_file_vertices
+        name, rows = self.source_name or "the source", self.source_file_vertices
+        others = self.target_file_vertices
         if not goes_forwards(direction):
-            rows, others = others, rows
-        return transferred(self._map(), values, kind, direction, influences, rows, others)
+            name, rows, others = self.target_name or "the target", others, rows
+        return transferred(self._map(), values, kind, direction, influences, name, rows, others)
 
     def vertex_map(self, direction: Direction = "source_to_target") -> npt.NDArray[np.int64]:
         """Return the dense map with a row for each vertex of the file, as consistent maps have it.

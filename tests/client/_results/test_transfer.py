@@ -75,6 +75,9 @@ def test_rows_are_those_of_the_file() -> None:
     """Of a part, the last vertices of the whole may have no partner."""
     part = MATCH.model_copy(update={"source_file_vertices": 3, "target_file_vertices": 6})
     assert part.transfer([5, 7, 7], "labels").tolist() == [5, -1, 7, 5, -1, -1]
+    for given in ([1.0, 2.0], [1.0] * 4):
+        with pytest.raises(ValueError, match=f"{len(given)} rows of values, but .* has 3 vertices"):
+            part.transfer(given)
     assert part.vertex_map().tolist() == [0, 2, 3]
     assert part.vertex_map("target_to_source").tolist() == [0, -1, 2, 0, -1, -1]
 
@@ -92,7 +95,9 @@ def test_landmarks_go_along_the_map() -> None:
 @pytest.mark.parametrize(
     ("values", "kind", "message"),
     [
-        ([1.0, 2.0], "scalars", "corner is vertex 2"),
+        ([1.0, 2.0], "scalars", "2 rows of values, but .* has at least 3 vertices"),
+        ([], "scalars", "0 rows of values"),
+        (7.0, "labels", "0 rows of values"),
         ([1.0, np.inf, 0.0], "scalars", "infinite"),
         ([1.0, 2.0, 3.0], "skinning", "column for each joint"),
         ([[1.0], [-2.0], [3.0]], "skinning", "negative"),

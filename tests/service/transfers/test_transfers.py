@@ -342,7 +342,7 @@ def test_files_that_do_not_fit(http: httpx2.Client, match: str) -> None:
     asked = {"match": match, "attributes": short, "what": "scalars"}
     answer = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
     assert answer["errors"][0]["field"] == "body.attributes"
-    has = f"the shape's file has {COUNT} vertices and {MESH.n_faces} faces"
+    has = f"body.ply has {COUNT:,} vertices and {MESH.n_faces:,} faces"
     assert has in answer["errors"][0]["message"]
     long = send(http, table(a=range(3 * COUNT))).json()["id"]
     asked["attributes"] = long
@@ -356,8 +356,8 @@ def test_rows_of_corners_are_refused_with_both_numbers(http: httpx2.Client, matc
     assert refused["errors"] == [
         {
             "field": "body.attributes",
-            "message": f"it has {3 * MESH.n_faces} rows, and the shape's file has {COUNT} vertices"
-            f" and {MESH.n_faces} faces; give one for each",
+            "message": f"it has {3 * MESH.n_faces:,} rows, but body.ply has {COUNT:,} vertices and"
+            f" {MESH.n_faces:,} faces; give a row for each vertex, or for each face",
         }
     ]
 
