@@ -111,7 +111,7 @@ class TransferRequest(JobRequest):
     influences: Annotated[int, Field(ge=1, le=1024)] | None = Field(
         default=None,
         description="Of skinning weights, how many joints each vertex keeps, those of greatest"
-        " weight; null for all. GLB files have four.",
+        " weight; null for all. Some programs read no more than four from GLB files.",
     )
     points: tuple[Point, ...] = Field(
         default=(),

@@ -167,7 +167,7 @@ class Match(Result, Correspondences):
             ``"source_to_target"`` for values of the source, ``"target_to_source"`` for those of the
             target.
         influences
-            For skinning, how many joints each vertex keeps (four in glTF); None for all.
+            For skinning, how many joints each vertex keeps (some programs read four); None for all.
 
         Returns
         -------

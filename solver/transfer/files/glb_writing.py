@@ -13,7 +13,7 @@ from solver.transfer.files.glb import WHOLE, numbered_joints
 from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES
-from solver.transfer.skinning import normalised_weights, strongest_weights
+from solver.transfer.skinning import normalised_weights
 
 _INFLUENCES: Final = 4
 """Joints of a vertex in a set of glTF, and greatest number of columns of an attribute."""
@@ -26,8 +26,8 @@ _LIMITS: Final = {"f": float(np.finfo(np.float32).max), "i": WHOLE}
 def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     """Return surfaces as a binary glTF file, a node each.
 
-    Colours are COLOR_0, as bytes. Skinning weights are JOINTS_0 and WEIGHTS_0, the four greatest of
-    each vertex, and a skin whose joints lie in the middle of what they move. All others are
+    Colours are COLOR_0, as bytes. Skinning weights are JOINTS_n and WEIGHTS_n, in sets of four, the
+    greatest first, and a skin whose joints lie in the middle of what they move. All others are
     ``_NAME``, in single precision; those of text are numbers, and `extras` of the primitive has
     the texts. Vertices of no face have zeros where they have no value. With attributes of faces,
     which glTF has not, each triangle has vertices of its own.
@@ -98,19 +98,22 @@ def _write_skin(
     file: GlbFile, primitive: dict[str, Any], attribute: Attribute, surface: WrittenSurface
 ) -> int:
     weights = np.nan_to_num(attribute.values, nan=0.0)
-    few = normalised_weights(strongest_weights(weights, _INFLUENCES))
-    joints = np.argsort(-few, axis=1, kind="stable")[:, :_INFLUENCES]
-    shares = np.take_along_axis(few, joints, axis=1)
+    shares = normalised_weights(weights)
+    most = int((shares > 0.0).sum(axis=1).max(initial=1))
+    # The greatest come first, for programs that read one set.
+    joints = np.argsort(-shares, axis=1, kind="stable")[:, :most]
+    shares = np.take_along_axis(shares, joints, axis=1)
     # A joint without a weight at a vertex is written as 0.
     joints = np.where(shares > 0.0, joints, 0)
-    padding = ((0, 0), (0, _INFLUENCES - joints.shape[1]))
+    padding = ((0, 0), (0, -joints.shape[1] % _INFLUENCES))
+    joints, shares = np.pad(joints, padding), np.pad(shares, padding)
     kind = "u1" if weights.shape[1] <= 256 else "<u2"
-    primitive["attributes"]["JOINTS_0"] = file.accessor(
-        np.pad(joints, padding).astype(kind), VERTEX_DATA
-    )
-    primitive["attributes"]["WEIGHTS_0"] = file.accessor(
-        np.pad(shares, padding).astype("<f4"), VERTEX_DATA
-    )
+    for number in range(joints.shape[1] // _INFLUENCES):
+        part = np.s_[:, _INFLUENCES * number : _INFLUENCES * (number + 1)]
+        primitive["attributes"] |= {
+            f"JOINTS_{number}": file.accessor(joints[part].astype(kind), VERTEX_DATA),
+            f"WEIGHTS_{number}": file.accessor(shares[part].astype("<f4"), VERTEX_DATA),
+        }
     totals = weights.sum(axis=0)
     middles = weights.T @ surface.vertices / np.where(totals > 0.0, totals, 1.0)[:, None]
     middles[totals <= 0.0] = surface.vertices.mean(axis=0)

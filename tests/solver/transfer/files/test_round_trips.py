@@ -1,6 +1,7 @@
 """Attribute files: what is written is read again, here and by another program."""
 
 import io
+import json
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from solver.errors import TransferError
 from solver.mesh import read_mesh, triangle_mesh
+from solver.mesh.formats import read_glb_with
 from solver.transfer import FACES, VERTICES, Attribute
 from solver.transfer.files import WrittenSurface, read_attributes
 from tests.solver import shapes
@@ -83,7 +85,7 @@ def test_ply(seed: int) -> None:
 
 
 @given(SEEDS)
-def test_glb_is_in_single_precision_and_keeps_four_joints(seed: int) -> None:
+def test_glb_is_in_single_precision_and_keeps_all_joints(seed: int) -> None:
     given_table = table(seed)
     found = returned(list(given_table.values()), "glb")
     for name in ("height", "part", "flow"):
@@ -91,10 +93,23 @@ def test_glb_is_in_single_precision_and_keeps_four_joints(seed: int) -> None:
     np.testing.assert_allclose(found["colors"].values[:, :3], given_table["colors"].values)
     skin, weights = found["weights"], given_table["weights"].values
     assert skin.columns == given_table["weights"].columns
-    np.testing.assert_allclose(skin.values.sum(axis=1), 1.0, atol=1e-6)
-    assert ((skin.values > 0.0).sum(axis=1) <= 4).all()
-    few = (weights > 0.0).sum(axis=1) <= 4
-    np.testing.assert_allclose(skin.values[few], weights[few], atol=1e-6)
+    np.testing.assert_allclose(skin.values, weights, atol=1e-6)
+
+
+@pytest.mark.parametrize(("joints", "sets"), [(3, 1), (4, 1), (5, 2), (13, 4)])
+def test_glb_has_joints_in_sets_of_four_the_greatest_first(joints: int, sets: int) -> None:
+    weights = np.random.default_rng(joints).dirichlet(np.ones(joints), size=ROWS)
+    skin = Attribute("weights", weights, tuple(f"j{number}" for number in range(joints)))
+    data = write_attributes([skin], "glb", WrittenSurface.of(MESH, [skin]))
+    (found,) = read_attributes(data, "glb")
+    np.testing.assert_allclose(found.values, weights, atol=1e-6)
+    primitive = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])["meshes"][0]
+    attributes = primitive["primitives"][0]["attributes"]
+    assert sum(name.startswith("JOINTS_") for name in attributes) == sets
+    first = read_glb_with(data, lambda file: file.normalised(attributes["WEIGHTS_0"]))
+    np.testing.assert_allclose(first[:, 0], weights.max(axis=1), atol=1e-6)
+    opened: Any = trimesh.load(io.BytesIO(data), file_type="glb", force="mesh", process=False)
+    assert len(opened.vertices) == ROWS
 
 
 def test_obj_has_colours_or_groups_of_labels() -> None:
