@@ -62,6 +62,18 @@ def job_with_result(service: Service, job_id: str) -> JobRecord:
     return record
 
 
+def check_ended(record: JobRecord) -> None:
+    """Refuse the result of a job that is queued or running.
+
+    Raises
+    ------
+    ResultNotReady
+        The job has not ended.
+    """
+    if not record.state.ended:
+        raise ResultNotReady(f"The job is {record.state.value}; ask again when it has ended.")
+
+
 def packed_result(service: Service, job_id: str) -> bytes:
     """Return the result of a job that has ended, JSON in gzip.
 
@@ -70,9 +82,7 @@ def packed_result(service: Service, job_id: str) -> bytes:
     JobNotFound, JobExpired, JobWithoutResult, ResultNotReady, ResultExpired
         There is no such result.
     """
-    record = job_with_result(service, job_id)
-    if not record.state.ended:
-        raise ResultNotReady(f"The job is {record.state.value}; ask again when it has ended.")
+    check_ended(job_with_result(service, job_id))
     packed = service.store.results.document(job_id)
     if packed is None:
         raise result_expired()

@@ -28,7 +28,14 @@ from service.http import (
     file_response,
     responses,
 )
-from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, result_expired
+from service.jobs.lookup import (
+    JobId,
+    check_ended,
+    job_with_result,
+    json_answer,
+    packed_result,
+    result_expired,
+)
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
@@ -118,6 +125,7 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
         raise JobWithoutResult(
             f"A job of kind {record.kind.value!r} has no arrays; ask for its result."
         )
+    check_ended(record)
     arrays = service.store.results.open_arrays(job_id)
     if arrays is None:
         raise result_expired()
