@@ -1,8 +1,26 @@
 """Exports: the results of which jobs are written to files of which formats."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Final
+
 from broker.contracts.jobs import MatchPayload, Payload, TransferPayload
 from broker.contracts.prototypes import is_prototype
-from broker.contracts.transfers import LANDMARKS, TEXTURE, UV
+from broker.contracts.transfers import LANDMARKS, TEXTURE, UV, TransferKind
+
+_TRANSFERS: Final[Mapping[TransferKind, tuple[str, ...]]] = MappingProxyType(
+    {
+        "scalars": ("csv", "ply", "glb"),
+        "vectors": ("csv", "ply", "glb"),
+        "colors": ("csv", "ply", "obj", "glb"),
+        "labels": ("csv", "ply", "obj", "glb"),
+        "skinning": ("csv", "ply", "glb"),
+        LANDMARKS: ("csv",),
+        TEXTURE: ("csv", "ply", "obj", "glb", "zip"),
+        UV: ("csv", "obj", "glb", "zip"),
+    }
+)
+"""Formats that hold what a transfer carries, besides NPZ."""
 
 
 def exports_of(payload: Payload) -> tuple[str, ...]:
@@ -23,13 +41,11 @@ def export_refusal(payload: Payload, file_type: str) -> str | None:
     if isinstance(payload, MatchPayload):
         if file_type == "csv" or (payload.parameters.dense and not is_prototype(payload.source)):
             return None
-        shown = f"{file_type.upper()} shows a map of all vertices between two shapes"
-        return f"{shown}; match again with `dense`"
-    if isinstance(payload, TransferPayload):
-        if payload.what == LANDMARKS and file_type != "csv":
-            return "landmarks are written to CSV and NPZ"
-        if payload.what == UV and file_type == "ply":
-            return "PLY has no texture coordinates here; choose GLB or OBJ"
-        if payload.what not in (TEXTURE, UV) and file_type == "zip":
-            return f"zip is OBJ with images, and {payload.what} have none; choose OBJ or another"
+        return (
+            f"{file_type.upper()} shows a map of all vertices between two shapes, which the match"
+            " has not; match again with `dense`"
+        )
+    if isinstance(payload, TransferPayload) and file_type not in _TRANSFERS[payload.what]:
+        others = ", ".join(("NPZ", *map(str.upper, _TRANSFERS[payload.what])))
+        return f"{file_type.upper()} cannot hold {payload.what}; choose one of {others}"
     return None

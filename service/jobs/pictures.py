@@ -16,7 +16,6 @@ from broker.contracts import (
     JobKind,
     JobRecord,
     MatchPayload,
-    Payload,
     PicturePayload,
     RegistrationPayload,
     RequestOrigin,
@@ -203,9 +202,8 @@ async def _presented(
     service, request = sender.service, sender.request
     picture = await run_in_threadpool(_made, service, payload)
     if picture is None:
-        asked = await run_in_threadpool(_check, service, payload)
+        await run_in_threadpool(_check, service, payload)
         if not body_wanted(request):
-            _refuse_format(asked, payload)
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
         order = RequestOrigin(sender.request_id, sender.caller)
         drawing = await run_in_threadpool(_submit_picture, service, payload, order)
@@ -227,8 +225,8 @@ def _made(service: Service, payload: PicturePayload) -> BinaryIO | None:
         return None
 
 
-def _check(service: Service, payload: PicturePayload) -> Payload:
-    """Refuse what cannot be made, before a worker is asked; return what the job was asked for."""
+def _check(service: Service, payload: PicturePayload) -> None:
+    """Refuse what cannot be made, before a worker is asked."""
     record = job_with_result(service, payload.job)
     if record.kind is not JobKind.MATCH:
         _refuse_options_of_matches(payload)
@@ -241,21 +239,13 @@ def _check(service: Service, payload: PicturePayload) -> Payload:
     packed = packed_result(service, payload.job)
     if payload.specimen is not None:
         _check_registered(record, packed, payload.specimen)
+    elif payload.format != "png" and (refusal := export_refusal(record.payload, payload.format)):
+        raise JobWithoutResult(f"{refusal}.")
     if isinstance(record.payload, MatchPayload):
         _check_alternative(packed, payload.alternative)
         # A table of vertices names shapes, and shows none.
         if payload.format != "csv":
             _check_match(service, record.payload)
-    return record.payload
-
-
-def _refuse_format(asked: Payload, payload: PicturePayload) -> None:
-    """Refuse a format as the worker does that is asked for the file."""
-    if payload.format == "png" or payload.specimen is not None:
-        return
-    message = export_refusal(asked, payload.format)
-    if message is not None:
-        raise InvalidRequest(INVALID, (FieldProblem(field="path.format", message=message),))
 
 
 def _refuse_options_of_matches(payload: PicturePayload) -> None:

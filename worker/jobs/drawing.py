@@ -10,10 +10,8 @@ from broker.contracts import (
     PicturePayload,
     RegistrationResult,
     TransferResult,
-    export_refusal,
 )
 from broker.store import Store
-from solver.errors import OptionError
 from worker.jobs.archives import stored_prototype
 from worker.jobs.context import JobContext
 from worker.jobs.exports import export_match, export_matrix, export_transfer
@@ -45,9 +43,6 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
     packed, drawn = store.results.document(payload.job), store.jobs.get(payload.job)
     if packed is None or drawn is None:
         raise ResultGone("the result has expired")
-    refusal = export_refusal(drawn.payload, payload.format) if payload.specimen is None else None
-    if refusal is not None and payload.format != "png":
-        raise OptionError("format", refusal)
     if drawn.kind is JobKind.DISSIMILARITIES:
         matrix = DissimilarityResult.model_validate_json(gzip.decompress(packed))
         present = draw_matrix if payload.format == "png" else export_matrix

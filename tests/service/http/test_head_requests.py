@@ -129,4 +129,4 @@ def test_head_where_nothing_is_got(http: httpx2.Client, server: EmbeddedServer) 
 
 def test_head_of_a_format_that_needs_a_dense_map(http: httpx2.Client, matched: Json) -> None:
     path = f"{matched['links']['self']}/result.ply"
-    assert http.head(path).status_code == http.get(path).status_code == 422
+    assert http.head(path).status_code == http.get(path).status_code == 409

@@ -155,8 +155,8 @@ def test_there_and_back_loses_nothing_on_a_copy(http: httpx2.Client, match: str)
 def test_colours_of_the_shape_itself_in_every_format(http: httpx2.Client, match: str) -> None:
     job = carried(http, match, what="colors")
     np.testing.assert_allclose(arrays_of(http, job)["colors"][TRUTH], COLORS, atol=1e-3)
-    refused = problem(export(http, job, "zip"), 422, "invalid-option")
-    assert "choose OBJ" in refused["detail"]
+    refused = problem(export(http, job, "zip"), 409, "job-without-result")
+    assert "choose one of NPZ, CSV, PLY, OBJ, GLB" in refused["detail"]
     for link in job["links"]["exports"][1:4]:
         answer = http.get(link)
         kind = link.rpartition(".")[2]
@@ -178,7 +178,9 @@ def test_skinning_weights_as_a_skinned_surface(http: httpx2.Client, match: str) 
     job = carried(http, match, attributes=uploaded["id"], what="skinning")
     shares = weights / weights.sum(axis=1, keepdims=True)
     np.testing.assert_allclose(arrays_of(http, job)["weights"][TRUTH], shares, atol=1e-3)
-    (found,) = read_attributes(http.get(job["links"]["exports"][3]).content, "glb")
+    refused = problem(export(http, job, "obj"), 409, "job-without-result")
+    assert "OBJ cannot hold skinning; choose one of NPZ, CSV, PLY, GLB" in refused["detail"]
+    (found,) = read_attributes(export(http, job, "glb").content, "glb")
     assert found.columns == ("hip", "knee", "foot")
     np.testing.assert_allclose(found.values.sum(axis=1), 1.0, atol=1e-6)
     few = carried(
@@ -199,8 +201,8 @@ def test_landmarks(http: httpx2.Client, match: str) -> None:
     np.testing.assert_allclose(found, [0.2, 0.3, 0.5], atol=1e-2)
     assert http.get(job["links"]["exports"][0]).text.count("\n") == 3
     for ending in ("ply", "obj", "glb", "zip"):
-        refused = problem(export(http, job, ending), 422, "invalid-option")
-        assert refused["errors"][0]["field"] == "path.format"
+        refused = problem(export(http, job, ending), 409, "job-without-result")
+        assert "choose one of NPZ, CSV" in refused["detail"]
 
 
 def test_landmarks_at_no_vertex_are_refused_by_their_place(
@@ -281,7 +283,7 @@ def test_texture_coordinates_with_and_without_the_image(
             export(http, job, ending) for ending in ("csv", "ply", "obj", "glb", "zip")
         )
         assert table.text.startswith("corner,vertex,uv.u,uv.v,texture\n0,")
-        assert problem(ply, 422, "invalid-option")["errors"][0]["field"] == "path.format"
+        assert "cannot hold uv" in problem(ply, 409, "job-without-result")["detail"]
         seen: Any = trimesh.load(io.BytesIO(obj.content), file_type="obj", force="mesh")
         assert len(seen.faces) == OTHER.n_faces
         assert seen.visual.uv.shape == (len(seen.vertices), 2)
