@@ -9,13 +9,13 @@ import typer
 from isomatch._cli.exit_codes import connected
 from isomatch._cli.job_runs import cancelled_by_interrupt, run
 from isomatch._cli.options import (
+    OUTPUT,
     AsJson,
     Url,
     Wait,
     files_awaited,
     landmark_points,
     output_given,
-    output_option,
     shapes_given,
 )
 from isomatch._cli.uploads import uploaded
@@ -60,16 +60,39 @@ Points = Annotated[
         " may be repeated.",
     ),
 ]
-Written = Annotated[Path | None, output_option("npz", "csv", "ply", "obj", "glb", "zip")]
+Written = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write the result to this file: JSON, or, as the kind of values allows, NPZ, CSV, PLY,"
+        " OBJ, GLB or ZIP by its ending.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 
-_FORMATS: Final[Mapping[str, tuple[str, ...]]] = {
+WRITTEN: Final[Mapping[TransferKind, tuple[str, ...]]] = {
+    "scalars": ("npz", "csv", "ply", "glb"),
+    "vectors": ("npz", "csv", "ply", "glb"),
+    "colors": ("npz", "csv", "ply", "obj", "glb"),
+    "labels": ("npz", "csv", "ply", "obj", "glb"),
+    "skinning": ("npz", "csv", "ply", "glb"),
     "landmarks": ("npz", "csv"),
     "texture": ("npz", "csv", "ply", "obj", "glb", "zip"),
     "uv": ("npz", "csv", "obj", "glb", "zip"),
 }
-"""Formats of what is carried, where they are not those of `_OF_VALUES`."""
+"""Formats that hold what is carried, besides JSON."""
 
-_OF_VALUES: Final = ("npz", "csv", "ply", "obj", "glb")
+_OF_NUMBERS: Final = ("npz", "csv", "ply", "glb")
+
+READ: Final[Mapping[TransferKind, tuple[str, ...]]] = {
+    "scalars": (*_OF_NUMBERS, "seg", "txt"),
+    "vectors": _OF_NUMBERS,
+    "colors": (*_OF_NUMBERS, "obj"),
+    "labels": (*_OF_NUMBERS, "obj", "seg", "txt"),
+    "skinning": _OF_NUMBERS,
+}
+"""Formats of files of values; what is not here is carried without one."""
 
 
 def transfer(
@@ -88,17 +111,20 @@ def transfer(
     """Carry values of the vertices or faces of one shape of a match to the other, along its map."""
     if what not in KINDS:
         raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
-    output_given(output, _FORMATS.get(what, _OF_VALUES))
+    kind = cast(TransferKind, what)
+    output_given(output, WRITTEN[kind])
     files_awaited(wait, output)
+    meshes, file = _along(along)
+    values = None if file is None else _values_given(file, kind)
     direction: Direction = "target_to_source" if back else "source_to_target"
     points = landmark_points(point)
     with connected(url, as_json) as client:
-        match, values = _match_and_values(client, along, as_json)
+        match = _matched(client, meshes, as_json) if len(meshes) > 1 else meshes[0]
         run(
             lambda: client.transfer(
                 match,
                 values,
-                what=cast(TransferKind, what),
+                what=kind,
                 direction=direction,
                 on=on,
                 names=name or (),
@@ -113,26 +139,36 @@ def transfer(
         )
 
 
-def _match_and_values(client: Client, along: list[str], as_json: bool) -> tuple[str, str | None]:
-    """Return the id of the match, which is made of two meshes first, and the file of values."""
-    first, *rest = along
-    if len(along) > 3:
+def _along(given: list[str]) -> tuple[list[str], str | None]:
+    """Return the id of a match, or two meshes, and the file of values."""
+    first, *rest = given
+    if len(given) > 3:
         raise typer.BadParameter("give a match or two meshes, and at most one file of values")
-    if not Path(first).is_file() and len(along) < 3:
-        return first, _values(rest[0]) if rest else None
-    meshes = shapes_given(along[:2])
+    if not Path(first).is_file() and len(given) < 3:
+        return [first], rest[0] if rest else None
+    meshes = shapes_given(given[:2])
     if len(meshes) < 2:
         raise typer.BadParameter("give the id of a match, or two meshes")
-    values = _values(along[2]) if len(along) > 2 else None
+    return meshes, given[2] if len(given) > 2 else None
+
+
+def _values_given(file: str, kind: TransferKind) -> str:
+    """Refuse a file of values that is not there, or that has none of this kind."""
+    if not Path(file).is_file():
+        raise typer.BadParameter(f"there is no file {file!r}")
+    if kind not in READ:
+        raise typer.BadParameter(f"{kind} is carried without a file of values; leave out {file!r}")
+    if Path(file).suffix.lower().removeprefix(".") not in READ[kind]:
+        formats = ", ".join(f".{one}" for one in READ[kind])
+        raise typer.BadParameter(f"{file!r}: files with {kind} are {formats}")
+    return file
+
+
+def _matched(client: Client, meshes: list[str], as_json: bool) -> str:
+    """Match two meshes, and return the id of the job."""
     source, target = uploaded(client, meshes, as_json)
     with cancelled_by_interrupt(
         lambda: client.match(source, target, dense=True), None, as_json
     ) as job:
         job.result(progress=not as_json)
-    return job.id, values
-
-
-def _values(given: str) -> str:
-    if not Path(given).is_file():
-        raise typer.BadParameter(f"there is no file {given!r}")
-    return given
+    return job.id

@@ -185,7 +185,7 @@ class Job(RecordedJob, Generic[ResultT]):
         JobFailed, JobCancelled
             The job ended without a result.
         InvalidRequest, Unprocessable
-            The format cannot hold this result; the message gives the reason.
+            The format cannot hold these values; the message gives the reason.
         OSError, ValueError
             The file cannot be written, or its name has another ending.
         """

@@ -18,7 +18,10 @@ from pathlib import Path
 import isomatch
 import pytest
 from isomatch._cli import named_upload
+from isomatch._cli.transfer_command import READ, WRITTEN
+from isomatch._results import KINDS, TransferKind
 
+from broker.contracts import ATTRIBUTE_FORMATS, TransferPayload, exports_of
 from demo.stack import ROOT
 from tests.client.command_line import COMMAND, run, run_process
 from tests.client.shapes import LASTING
@@ -222,6 +225,34 @@ def test_a_file_of_values_is_missed_before_shapes_are_matched(
     assert "succeeded" not in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("what", "ending", "message"),
+    [
+        ("scalars", "tps", ".npz, .csv, .ply, .glb, .seg, .txt"),
+        ("labels", "mrk.json", ".npz, .csv, .ply, .glb, .obj, .seg, .txt"),
+        ("skinning", "obj", "files with skinning are .npz, .csv, .ply, .glb"),
+        ("uv", "csv", "without a file of values"),
+    ],
+)
+def test_files_that_hold_no_such_values_are_refused_before_anything_is_sent(
+    blobs: tuple[Path, Path], tmp_path: Path, what: str, ending: str, message: str
+) -> None:
+    values = tmp_path / f"x.{ending}"
+    values.touch()
+    done = run("transfer", *blobs, values, "--what", what, url="http://127.0.0.1:9")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in " ".join(done.stderr.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("what", KINDS)
+def test_files_of_transfers_are_those_of_the_service(what: TransferKind) -> None:
+    payload = TransferPayload(
+        match="m", source="s", target="t", attributes=None, what=what, direction="source_to_target"
+    )
+    assert WRITTEN[what] == ("npz", *exports_of(payload))
+    assert set(READ.get(what, ())) <= set(ATTRIBUTE_FORMATS)
+
+
 def test_refusals_are_problem_documents_with_json(url: str, blobs: tuple[Path, Path]) -> None:
     done = run("match", *blobs, "--points", "2", "--json", url=url)
     assert (done.returncode, done.stdout) == (1, "")
@@ -286,6 +317,7 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
         ["compare", mesh, mesh, "--picture"],
         ["maps", mesh, mesh, mesh, "-o"],
         ["transfer", mesh, mesh, "--what", "uv", "-o"],
+        ["transfer", mesh, mesh, "--what", "skinning", "-o"],
         ["prototype", "learn", mesh, mesh, "-o"],
         ["prototype", "download", f"p-{some_id}"],
         ["jobs", "result", some_id, "-o"],
@@ -313,9 +345,11 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
         (2, "a.ply", ".json, .npz, .csv or .png"),
         (4, "a.csv", ".json or .npz"),
         (5, "a.ply", ".json, .npz, .csv, .obj, .glb or .zip"),
-        (5, "a.seg", ".json, .npz, .csv, .ply, .obj, .glb or .zip"),
-        (6, "a.npz", "give .json"),
-        (8, "a.xlsx", ".json, .npz, .csv, .ply, .obj, .glb, .zip or .png"),
+        (5, "a.seg", ".json, .npz, .csv, .obj, .glb or .zip"),
+        (6, "a.obj", ".json, .npz, .csv, .ply or .glb"),
+        (6, "a.zip", ".json, .npz, .csv, .ply or .glb"),
+        (7, "a.npz", "give .json"),
+        (9, "a.xlsx", ".json, .npz, .csv, .ply, .obj, .glb, .zip or .png"),
     ]
     for place, name, there in formats:
         done = run(*files[place], tmp_path / name, url="http://127.0.0.1:9")
