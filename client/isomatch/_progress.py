@@ -9,7 +9,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from isomatch._models import JobRecord
 
-_ID_SHOWN: Final = 8
+ID_SHOWN: Final = 8
 """Characters of a job's id that name its bar."""
 
 
@@ -46,7 +46,7 @@ class ProgressBar:
         if record.state == "queued":
             stage = f"queued, {record.stage}"
         fraction = 1.0 if record.state == "succeeded" else record.progress.fraction
-        line = f"{record.name or f'{record.kind} {record.id[:_ID_SHOWN]}'}: {stage}"
+        line = f"{record.name or f'{record.kind} {record.id[:ID_SHOWN]}'}: {stage}"
         if self._drawn:
             # Else drawn every tenth of a second: a job that ends before would have no name.
             changed = line != self._line

@@ -139,7 +139,7 @@ def _written(job: Job[Batch], targets: Sequence[str], output: MatchFolder, as_js
             raise
         except (IsomatchError, OSError) as error:
             failed = True
-            typer.echo(f"isomatch: {file}: {error}", err=True)
+            typer.echo(f"isomatch: {file}: {error} (job {match.id})", err=True)
     return failed
 
 

@@ -6,7 +6,7 @@ import typer
 
 from isomatch._cli import render
 from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, connected
-from isomatch._cli.job_runs import echo_models, finish, job_continues
+from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given
 from isomatch._cli.options import (
     AsJson,
     Output,
@@ -20,8 +20,10 @@ from isomatch._cli.options import (
 from isomatch._http import DEFAULT_URL
 from isomatch._models import JobState
 
-JobId = Annotated[str, typer.Argument(help="Id of the job.")]
-JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs.")]
+JobId = Annotated[
+    str, typer.Argument(help="Id of the job, or its beginning, of eight digits or more.")
+]
+JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs, or their beginnings.")]
 
 _AFTER_CANCEL: Final[dict[JobState, str]] = {
     "queued": "is queued",
@@ -78,7 +80,7 @@ def list_jobs(
 def show(job_id: JobId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
     """Show the record of a job."""
     with connected(url, as_json) as client:
-        record = client.job(job_id).record
+        record = job_given(client, job_id).record
         if as_json:
             typer.echo(record.model_dump_json())
         else:
@@ -92,7 +94,7 @@ def follow(job_id: JobId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> No
     With --json every line is a JSON document.
     """
     with connected(url, as_json) as client:
-        job = client.job(job_id)
+        job = job_given(client, job_id)
         with job_continues(job):
             for record in job.events():
                 typer.echo(record.model_dump_json() if as_json else render.event_line(record))
@@ -115,7 +117,7 @@ def result(
         if given is not None and picture is None:
             raise typer.BadParameter("it needs --picture FILE", param_hint=option)
     with connected(url, as_json) as client:
-        job = client.job(job_id)
+        job = job_given(client, job_id)
         with job_continues(job):
             finish(job, as_json, output, picture, alternative=alternative, view=view)
 
@@ -126,7 +128,7 @@ def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> 
     with connected(url, as_json) as client:
         records = []
         for job_id in job_ids:
-            job = client.job(job_id).cancel()
+            job = job_given(client, job_id).cancel()
             records.append(job.record.model_dump_json())
             if not as_json:
                 typer.echo(f"job {job.id} {_AFTER_CANCEL[job.state]}", err=True)

@@ -1,5 +1,6 @@
 """Jobs that commands start: waiting, interruption and the output of results."""
 
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -14,8 +15,10 @@ from isomatch._cli import render
 from isomatch._cli.maps_rendering import print_maps
 from isomatch._cli.prototype_rendering import print_learned
 from isomatch._cli.registration_rendering import print_registration
-from isomatch._clients import Job
+from isomatch._clients import Client, Job
+from isomatch._errors import IsomatchError, NotFound
 from isomatch._operations.results import View
+from isomatch._progress import ID_SHOWN
 from isomatch._results import (
     Batch,
     ConsistentMaps,
@@ -108,6 +111,47 @@ def run(
             typer.echo(job.record.model_dump_json() if as_json else job.id)
 
 
+def job_given(client: Client, given: str) -> Job:
+    """Return a job by its id, or by the beginning of its id, as progress shows it.
+
+    Raises
+    ------
+    NotFound
+        There is no such job.
+    ValueError
+        Several ids begin like this.
+    """
+    try:
+        return client.job(given)
+    except NotFound:
+        found = [job for job in client.jobs() if job.id.startswith(given)] if _short(given) else []
+        if not found:
+            raise
+        if len(found) > 1:
+            ids = ", ".join(job.id for job in found)
+            raise ValueError(f"several jobs begin with {given!r}: {ids}") from None
+        return found[0]
+
+
+def _short(given: str) -> bool:
+    return re.fullmatch(rf"[0-9a-f]{{{ID_SHOWN},31}}", given) is not None
+
+
+@contextmanager
+def result_stays(job: Job, as_json: bool) -> Iterator[None]:
+    """Print where the result of a job that has succeeded is, if it cannot be written."""
+    try:
+        yield
+    except (IsomatchError, OSError, ValueError):
+        # With --json the standard error has the problem document alone.
+        if job.state == "succeeded" and not as_json:
+            typer.echo(
+                f"job {job.id} has succeeded; `isomatch jobs result {job.id}` has its result",
+                err=True,
+            )
+        raise
+
+
 @contextmanager
 def job_continues(job: Job) -> Iterator[None]:
     """Print on Ctrl-C that the job continues, and the command that cancels it."""
@@ -131,10 +175,11 @@ def finish(
     """Wait for a job and print its result."""
     # With --json the standard error holds problem documents, without progress between them.
     result = job.result(progress=not as_json or sys.stderr.isatty())
-    if output is not None:
-        job.save(output)
-    if picture is not None:
-        job.save_picture(picture, alternative=alternative, view=cast(View | None, view))
+    with result_stays(job, as_json):
+        if output is not None:
+            job.save(output)
+        if picture is not None:
+            job.save_picture(picture, alternative=alternative, view=cast(View | None, view))
     if as_json:
         typer.echo(result.to_json())
     elif isinstance(result, Match):

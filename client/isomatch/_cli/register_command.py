@@ -7,7 +7,7 @@ import typer
 
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, Failures, connected
-from isomatch._cli.job_runs import interrupts_deferred
+from isomatch._cli.job_runs import interrupts_deferred, result_stays
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._cli.uploads import shape_name, uploaded, usable
@@ -55,8 +55,9 @@ def register(
         except KeyboardInterrupt:
             job.cancel()
             raise
-        found.save_meshes(folder, names)
-        job.save_picture(folder / PICTURE)
+        with result_stays(job, as_json):
+            found.save_meshes(folder, names)
+            job.save_picture(folder / PICTURE)
         if as_json:
             typer.echo(found.to_json())
         else:

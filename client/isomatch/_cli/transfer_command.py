@@ -7,7 +7,7 @@ from typing import Annotated, Final, cast
 import typer
 
 from isomatch._cli.exit_codes import connected
-from isomatch._cli.job_runs import cancelled_by_interrupt, run
+from isomatch._cli.job_runs import cancelled_by_interrupt, job_given, run
 from isomatch._cli.options import (
     OUTPUT,
     AsJson,
@@ -119,7 +119,11 @@ def transfer(
     direction: Direction = "target_to_source" if back else "source_to_target"
     points = landmark_points(point)
     with connected(url, as_json) as client:
-        match = _matched(client, meshes, as_json) if len(meshes) > 1 else meshes[0]
+        match = (
+            _matched(client, meshes, as_json)
+            if len(meshes) > 1
+            else job_given(client, meshes[0]).id
+        )
         run(
             lambda: client.transfer(
                 match,

@@ -115,6 +115,13 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     listed = json.loads(run("jobs", "list", "--json", url=url).stdout)
     assert job_id in {found["id"] for found in listed}
     assert job_id in run("jobs", "list", url=url).stdout
+    shortened = json.loads(run("jobs", "show", job_id[:8], "--json", url=url).stdout)
+    assert shortened["id"] == job_id
+    unknown = run("jobs", "show", "0123456789", url=url)
+    assert (unknown.returncode, "There is no job 0123456789" in unknown.stderr) == (1, True)
+    full = run("jobs", "result", job_id, "-o", "/dev/full", url=url)
+    assert full.returncode == 1
+    assert f"isomatch jobs result {job_id}" in full.stderr
     (one,) = [job for job in listed if job["id"] == job_id]
     of_it = ["jobs", "list", "-q", "--of", one["source"]]
     assert job_id in run(*of_it, "--kind", "match", url=url).stdout.split()
