@@ -127,7 +127,8 @@ def landmarks(
             "--template",
             metavar="MESH=LANDMARKS",
             callback=_more,
-            help="Another template and its landmarks; the answer is the median. May be repeated.",
+            help="Another template and its landmarks; the answer is the median of three or more,"
+            " of two that of the surer one. May be repeated.",
         ),
     ] = None,
     file_format: Annotated[
