@@ -19,8 +19,8 @@ _TYPES: Final[dict[str, Any]] = {
     "landmarks": list[str],
 }
 _FORMS: Final = {
-    "structure": " As in diffusion:time=0.02; `isomatch structures` lists them.",
-    "structures": " As in diffusion:time=0.02, may be repeated; `isomatch structures` lists them.",
+    "structure": " As in {example}; `isomatch structures` lists them.",
+    "structures": " As in {example}, may be repeated; `isomatch structures` lists them.",
     "landmarks": " As in 17:203; may be repeated.",
 }
 
@@ -54,9 +54,9 @@ class ParameterOption:
             flag += "/--no-" + self.name.replace("_", "-")
         elif self.kind == "landmarks":
             flag = flag.removesuffix("s")
-        option = typer.Option(
-            flag, help=self.help + _FORMS.get(self.kind, ""), rich_help_panel=self.topic or None
-        )
+        example = "hks:times=0.1,1" if self.name == "descriptor" else "diffusion:time=0.02"
+        form = _FORMS.get(self.kind, "").format(example=example)
+        option = typer.Option(flag, help=self.help + form, rich_help_panel=self.topic or None)
         return inspect.Parameter(
             self.name,
             inspect.Parameter.KEYWORD_ONLY,

@@ -254,7 +254,7 @@ def print_structures(structures: Structures, console: Console) -> None:
     _print_kind("descriptor", structures.descriptors, console)
     console.print(
         Text("Invariances are those of shapes that are not normalised. Parameters are given as in"),
-        Text("diffusion:time=0.02, in units of a surface of area 1."),
+        Text("diffusion:time=0.02 or hks:times=0.1,1, in units of a surface of area 1."),
     )
 
 

@@ -8,9 +8,11 @@ from typing import Any
 import pytest
 from isomatch import cli
 from isomatch._cli import FORMATS
+from isomatch._models import structure_choice
 from typer.main import get_command
 from typer.testing import CliRunner
 
+from broker.contracts import MatchParameters
 from broker.contracts.shapes import MESH_FORMATS
 
 PANELS = {
@@ -54,6 +56,13 @@ def test_options_are_under_headings(command: str) -> None:
     lines = {line.strip() for line in shown.splitlines()}
     assert {re.sub(r"\[/?(dim|bold)\]", "", line).strip() for line in epilog(command)} <= lines
     assert not re.search(r"\s\.\s", shown)
+
+
+@pytest.mark.parametrize("name", ["metric", "descriptor"])
+def test_examples_of_structures_are_of_their_kind(name: str) -> None:
+    (option,) = (one for one in asked("match").params if one.name == name)
+    (example,) = re.findall(r"As in (\S+), may", option.help)
+    MatchParameters.model_validate({name: structure_choice(example)})
 
 
 @pytest.mark.parametrize("command", [*PANELS, "transfer"])
