@@ -56,6 +56,8 @@ def test_a_file_that_is_not_uploaded(client: isomatch.Client) -> None:
             client.match(given, UNKNOWN)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="is no id"):
         client.match_many(UNKNOWN, ["a.off"])
+    with pytest.raises(TypeError, match=r"a NoneType has no id: give what client\.upload returns"):
+        client.match(None, UNKNOWN)  # type: ignore[arg-type]
 
 
 def test_a_bad_parameter(client: isomatch.Client) -> None:

@@ -33,13 +33,20 @@ def id_of(given: Identified | str) -> str:
     ValueError
         A text is no id, but the name of a file.
     TypeError
-        A result is given instead of its job.
+        A result is given instead of its job, or something else that has no id.
     """
     if isinstance(given, str | os.PathLike) and not _ID.fullmatch(str(given)):
         raise ValueError(f"{str(given)!r} is no id: give what client.upload returns of the file")
     if isinstance(given, Result):
         raise TypeError("a result does not know its job: give the job itself, or its id")
-    return given if isinstance(given, str) else given.id
+    if isinstance(given, str):
+        return given
+    if not isinstance(getattr(given, "id", None), str):
+        raise TypeError(
+            f"a {type(given).__name__} has no id: give what client.upload returns, a prototype or a"
+            " job, or its id"
+        )
+    return given.id
 
 
 def names_of(shapes: Iterable[Identified | str]) -> list[Json]:
