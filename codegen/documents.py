@@ -37,6 +37,8 @@ def _parameters(parameters: Sequence[Described]) -> str:
 def _values(one: Described) -> str:
     if one.values:
         return " or ".join(f"`{value}`" for value in one.values)
+    if one.kind == "landmarks":
+        return f"`[[source, target], ...]`, up to {one.schema['maxItems']} pairs"
     return one.limits or {"boolean": "true or false"}.get(one.kind, one.kind)
 
 
