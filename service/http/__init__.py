@@ -1,6 +1,7 @@
 """HTTP: middleware, authentication, paging, problem documents and the OpenAPI document."""
 
 from service.http.body_limit import BodyLimit
+from service.http.content_disposition import attachment
 from service.http.file_responses import file_response
 from service.http.head_requests import HeadLikeGet, body_wanted
 from service.http.negotiation import AcceptEncoding, etag_matches, gzip_response
@@ -107,6 +108,7 @@ __all__ = [
     "UnusablePrototype",
     "UploadCancelled",
     "UploadTooLarge",
+    "attachment",
     "binary_file",
     "body_wanted",
     "etag_matches",

@@ -39,11 +39,13 @@ from service.http import (
     ResultExpired,
     ShapeDeleted,
     StorageFull,
+    attachment,
     binary_file,
     body_wanted,
     file_response,
     responses,
 )
+from service.jobs.download_names import registered_stem, result_stem
 from service.jobs.lookup import JobId, job_with_result, packed_result
 from service.jobs.results import BYTES, ERRORS
 
@@ -158,7 +160,7 @@ async def get_export(
     transfer, `csv` has the values, and `ply`, `obj` and `glb` the shape with them. Row i is vertex
     i of the shape's file. Of a registration, `ply`, `obj` and `glb` have the mean shape.
     """
-    headers = {"Content-Disposition": f'attachment; filename="{job_id}.{format}"'}
+    headers = attachment(await run_in_threadpool(result_stem, sender.service, job_id), format)
     payload = PicturePayload(job=job_id, format=format)
     return await _presented(sender, payload, _MEDIA_TYPES[format], headers)
 
@@ -184,8 +186,8 @@ async def get_registered_template(
     or the template's file. Clients that accept only `application/octet-stream` get the same file
     with that type.
     """
-    name = f"{job_id}-{specimen}.{format}"
-    headers = {"Content-Disposition": f'attachment; filename="{name}"', "Vary": "Accept"}
+    stem = await run_in_threadpool(registered_stem, sender.service, job_id, specimen)
+    headers = {**attachment(stem, format), "Vary": "Accept"}
     media_type = BYTES if _only_bytes(accept) else _SURFACE_TYPES[format]
     payload = PicturePayload(job=job_id, format=format, specimen=specimen)
     return await _presented(sender, payload, media_type, headers)

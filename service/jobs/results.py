@@ -24,10 +24,12 @@ from service.http import (
     JobWithoutResult,
     ResultExpired,
     ResultNotReady,
+    attachment,
     binary_file,
     file_response,
     responses,
 )
+from service.jobs.download_names import result_stem
 from service.jobs.lookup import (
     JobId,
     check_ended,
@@ -129,5 +131,4 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     arrays = service.store.results.open_arrays(job_id)
     if arrays is None:
         raise result_expired()
-    headers = {"Content-Disposition": f'attachment; filename="{job_id}.npz"'}
-    return file_response(arrays, BYTES, headers)
+    return file_response(arrays, BYTES, attachment(result_stem(service, job_id), "npz"))

@@ -22,6 +22,7 @@ from service.http import (
     PrototypeExpired,
     PrototypeNotFound,
     UnusablePrototype,
+    attachment,
     binary_file,
     gzip_response,
     responses,
@@ -92,7 +93,7 @@ def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
     data = service.store.prototypes.archive(prototype)
     if data is None:
         raise missing_prototype(service, prototype)
-    headers = {"Content-Disposition": f'attachment; filename="{prototype}.npz"'}
+    headers = attachment(prototype, "npz")
     return Response(data, media_type="application/octet-stream", headers=headers)
 
 

@@ -12,6 +12,7 @@ from service.http import (
     InvalidRequest,
     ShapeExpired,
     ShapeNotFound,
+    attachment,
     binary_file,
     etag_matches,
     file_response,
@@ -47,7 +48,7 @@ def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
     file = None if record is None else service.store.shapes.open_upload(shape)
     if record is None or file is None:
         raise missing_shape(service, shape)
-    headers = {"Content-Disposition": f'attachment; filename="{shape}.{record.file_type}"'}
+    headers = attachment(shape, record.file_type)
     return file_response(file, "application/octet-stream", headers)
 
 

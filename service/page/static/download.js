@@ -15,14 +15,22 @@ export function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(address), KEPT);
 }
 
-/** @param {string} name name of the downloaded file */
+/** The name that the service gives a file, which goes before that of a link. */
+function nameOf(response) {
+  const given = response.headers.get("Content-Disposition") ?? "";
+  const encoded = /filename\*=UTF-8''([^;]+)/.exec(given);
+  return encoded ? decodeURIComponent(encoded[1]) : /filename="([^"]+)"/.exec(given)?.[1];
+}
+
+/** @param {string} name name of the downloaded file where the service gives none */
 export function download(path, text, name) {
   const link = h("a", { href: path, download: name }, text);
   link.addEventListener("click", async (event) => {
     if (key() === null) return;
     event.preventDefault();
     try {
-      save(await (await request(path)).blob(), name);
+      const response = await request(path);
+      save(await response.blob(), nameOf(response) ?? name);
     } catch (error) {
       link.after(problemBox(error));
     }

@@ -136,6 +136,16 @@ def test_pictures_of_alternatives(http: httpx2.Client, shapes: Shapes, api: Api)
         assert said in wrong_field["message"]
 
 
+def test_files_are_named_after_the_shapes(http: httpx2.Client, shapes: Shapes) -> None:
+    job = matched(http, shapes, **QUICK, source_name="Fuß.off", target_name="b/c.2.ply")
+    for link, ending in ((job["links"]["exports"][0], "csv"), (job["links"]["arrays"], "npz")):
+        for answer in (http.get(link), http.head(link)):
+            assert answer.headers["content-disposition"] == (
+                f'attachment; filename="Fu_-to-b_c.2.{ending}";'
+                f" filename*=UTF-8''Fu%C3%9F-to-b_c.2.{ending}"
+            )
+
+
 def test_files_of_deleted_shapes(http: httpx2.Client, upload: Upload) -> None:
     """A table needs no shape."""
     shape = upload(blob_file(2, seed=40))["id"]

@@ -215,6 +215,8 @@ def test_the_source_of_a_dense_match_is_registered_to_its_target(
 
 def test_templates_that_there_are_not_are_refused(http: httpx2.Client, job: Json) -> None:
     path = f"/v1/jobs/{job['id']}/registered.ply"
+    named = http.head(path, params={"specimen": 2}).headers["content-disposition"]
+    assert 'filename="template-on-specimen2.ply"' in named
     failed = problem(http.get(path, params={"specimen": 3}), 409, "job-without-result")
     assert "could not be registered" in failed["detail"]
     wrong = problem(http.get(path, params={"specimen": 4}), 422, "invalid-request")

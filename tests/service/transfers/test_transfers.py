@@ -114,7 +114,9 @@ def test_labels_of_a_table(http: httpx2.Client, match: str, pair: tuple[str, str
     result = http.get(job["links"]["result"]).json()
     assert (result["source_name"], result["target_name"]) == ("body.ply", "other.ply")
     assert (result["rows"], result["warnings"]) == (COUNT, [])
-    rows = list(csv.reader(io.StringIO(http.get(job["links"]["exports"][0]).text)))
+    exported = http.get(job["links"]["exports"][0])
+    assert 'filename="labels-body-to-other.csv"' in exported.headers["content-disposition"]
+    rows = list(csv.reader(io.StringIO(exported.text)))
     assert rows[0] == ["vertex", "part"]
     assert [row[1] for row in rows[1:]] == arrays_of(http, job)["part"].tolist()
 

@@ -1,0 +1,71 @@
+"""Names of downloaded results: those of the shapes, as in ``cat0-to-lion0.ply``."""
+
+from broker.contracts import (
+    JobRecord,
+    MatchPayload,
+    RegistrationPayload,
+    TransferPayload,
+    file_type_of,
+    is_prototype,
+)
+from service.dependencies import Service
+
+
+def result_stem(service: Service, job_id: str) -> str:
+    """Return the name of the files of a job's result, without ending.
+
+    That of a match has its source and target, that of a transfer also what was carried, that of a
+    registration its template. Others are named by the id of the job.
+    """
+    payload = _payload(service, job_id)
+    if isinstance(payload, MatchPayload):
+        return "-to-".join(_ends(service, payload))
+    if isinstance(payload, TransferPayload):
+        match = _payload(service, payload.match)
+        given = match if isinstance(match, MatchPayload) else None
+        names = (
+            {}
+            if given is None
+            else {
+                given.source: given.source_name,
+                given.target: given.target_name,
+            }
+        )
+        ends = (_stem(service, one, names.get(one)) for one in (payload.source, payload.target))
+        return f"{payload.what}-{'-to-'.join(ends)}"
+    if isinstance(payload, RegistrationPayload):
+        return f"{_stem(service, payload.template, payload.template_name)}-mean"
+    return job_id
+
+
+def registered_stem(service: Service, job_id: str, specimen: int) -> str:
+    """Return the name of the file of a registered template, without ending."""
+    payload = _payload(service, job_id)
+    if isinstance(payload, MatchPayload):
+        return "-on-".join(_ends(service, payload))
+    if isinstance(payload, RegistrationPayload) and specimen < len(payload.shapes):
+        template = _stem(service, payload.template, payload.template_name)
+        given = None if payload.names is None else payload.names[specimen]
+        return f"{template}-on-{_stem(service, payload.shapes[specimen], given)}"
+    return f"{job_id}-{specimen}"
+
+
+def _payload(service: Service, job_id: str) -> object:
+    record: JobRecord | None = service.store.jobs.get(job_id)
+    return None if record is None else record.payload
+
+
+def _ends(service: Service, match: MatchPayload) -> tuple[str, str]:
+    return (
+        _stem(service, match.source, match.source_name),
+        _stem(service, match.target, match.target_name),
+    )
+
+
+def _stem(service: Service, shape: str, given: str | None) -> str:
+    """Name of a shape or a prototype without the ending of its file, or else its id."""
+    kept = service.store.prototypes if is_prototype(shape) else service.store.shapes
+    record = None if given else kept.get(shape)
+    name = given or (shape if record is None else record.name)
+    file_type = file_type_of(name)
+    return name if file_type is None else name[: -len(file_type) - 1]
