@@ -87,7 +87,7 @@ def test_labels_of_faces(client: isomatch.Client, job_id: str, tmp_path: Path) -
     np.testing.assert_array_equal(labels[sure], np.where(height > 0.3, 1, 2)[sure])
     onto = client.transfer(job_id, {"part": parts}, what="labels", on="vertices").result()
     assert (onto.on, onto.rows) == ("vertices", len(SECOND.vertices))
-    with pytest.raises(ValueError, match=r"values of faces are carried by Client\.transfer"):
+    with pytest.raises(ValueError, match=r"Client\.transfer carries values of faces"):
         found.transfer(parts, "labels")
     with pytest.raises(ValueError, match="Object arrays"):
         client.transfer(job_id, {"part": np.array([{}, []], dtype=object)}, what="labels")

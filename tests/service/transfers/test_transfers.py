@@ -530,7 +530,7 @@ def test_matches_that_cannot_be_carried_along(
     }
     job = http.get(f"/v1/jobs/{sparse}").json()
     assert export(http, job, "csv").is_success
-    refused = problem(export(http, job, "glb"), 422, "invalid-option")
+    refused = problem(export(http, job, "glb"), 409, "job-without-result")
     assert "match again with `dense`" in refused["detail"]
     dense = matched(http, pair, points=11, dense=True)["id"]
     other = carried(http, dense, what="colors")["id"]
