@@ -1,5 +1,7 @@
 """Names of downloaded results: those of the shapes, as in ``cat0-to-lion0.ply``."""
 
+from typing import Final
+
 from broker.contracts import (
     JobRecord,
     MatchPayload,
@@ -9,6 +11,11 @@ from broker.contracts import (
     is_prototype,
 )
 from service.dependencies import Service
+
+_PART: Final = 35
+"""Characters at the beginning and the end of a long name that are kept."""
+
+_LONGEST: Final = 2 * _PART + 3
 
 
 def result_stem(service: Service, job_id: str) -> str:
@@ -68,4 +75,6 @@ def _stem(service: Service, shape: str, given: str | None) -> str:
     record = None if given else kept.get(shape)
     name = given or (shape if record is None else record.name)
     file_type = file_type_of(name)
-    return name if file_type is None else name[: -len(file_type) - 1]
+    stem = name if file_type is None else name[: -len(file_type) - 1]
+    # Names of two shapes have to fit; they may differ at the end alone.
+    return stem if len(stem) <= _LONGEST else f"{stem[:_PART]}...{stem[-_PART:]}"

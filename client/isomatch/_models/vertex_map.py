@@ -92,6 +92,6 @@ class VertexMap:
         have = 0 if rows.ndim == 0 else len(rows)
         if last >= have:
             raise ValueError(
-                f"there are {have:,} rows of values, but the other file has vertices 0 to at least"
-                f" {last:,}: give a row for each, in its order"
+                f"there are {have:,} rows of values, but the other file has a vertex {last:,}: give"
+                " a row for each of its vertices, in its order"
             )

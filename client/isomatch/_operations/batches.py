@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import JobRecord, MatchParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, names_of, path_to
+from isomatch._operations.request_parts import id_of, named, names_of, path_to
 from isomatch._results import BatchProgress, Prototype
 from isomatch._webhooks import Webhook
 
@@ -20,12 +20,11 @@ def start_batch(
     """Queue the matches of one source with many targets."""
     check_names(parameters, MatchParameters.__annotations__, "match_many")
     every = list(targets)
-    (source_name,) = names_of([source])
     body: dict[str, Json] = {
         "source": id_of(source),
-        "source_name": source_name,
         "targets": [id_of(one) for one in every],
         "target_names": names_of(every),
+        **named(source_name=source),
     }
     return (yield from start_job("/v1/batches", body, parameters, webhook, key))
 

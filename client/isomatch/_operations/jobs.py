@@ -41,7 +41,7 @@ from isomatch._models import (
     Shape,
     check_names,
 )
-from isomatch._operations.request_parts import id_of, names_of, path_to
+from isomatch._operations.request_parts import id_of, named, names_of, path_to
 from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
 from isomatch._webhooks import Webhook
@@ -65,12 +65,10 @@ def start_match(
 ) -> Operation[JobRecord]:
     """Queue a match."""
     check_names(parameters, MatchParameters.__annotations__)
-    source_name, target_name = names_of([source, target])
     body: dict[str, Json] = {
         "source": id_of(source),
-        "source_name": source_name,
         "target": id_of(target),
-        "target_name": target_name,
+        **named(source_name=source, target_name=target),
     }
     return (yield from start_job("/v1/matches", body, parameters, webhook, key))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from isomatch._http import Json, Operation
 from isomatch._models import JobRecord, Shape
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, names_of
+from isomatch._operations.request_parts import id_of, named, names_of
 from isomatch._operations.results import get_file
 from isomatch._webhooks import Webhook
 
@@ -25,12 +25,11 @@ def start_registration(
 ) -> Operation[JobRecord]:
     """Queue the registration of a template to specimens."""
     every = list(shapes)
-    (template_name,) = names_of([template])
     body: dict[str, Json] = {
         "template": id_of(template),
-        "template_name": template_name,
         "shapes": [id_of(one) for one in every],
         "names": names_of(every),
+        **named(template_name=template),
     }
     parameters = {"scale": scale, "largest_component": largest_component}
     return (yield from start_job("/v1/registrations", body, parameters, webhook, key))

@@ -49,11 +49,16 @@ def id_of(given: Identified | str) -> str:
     return given.id
 
 
-def names_of(shapes: Iterable[Identified | str]) -> list[Json]:
-    """Return the names of shapes, None for those given as ids.
+def named(**shapes: Identified | str) -> dict[str, Json]:
+    """Return the names of shapes by the fields for them, without those given as ids.
 
     The same bytes under two names are one shape; each upload keeps its name.
     """
+    return {field: one.name for field, one in shapes.items() if isinstance(one, Shape)}
+
+
+def names_of(shapes: Iterable[Identified | str]) -> list[Json]:
+    """Return the names of shapes, None for those given as ids."""
     return [one.name if isinstance(one, Shape) else None for one in shapes]
 
 

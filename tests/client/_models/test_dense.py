@@ -35,7 +35,7 @@ def test_values_of_vertices_are_interpolated() -> None:
 
 @pytest.mark.parametrize("values", [1.0, [0.0, 1.0, 2.0]])
 def test_every_corner_needs_a_value(values: object) -> None:
-    with pytest.raises(ValueError, match="corner is vertex 3"):
+    with pytest.raises(ValueError, match="has a vertex 3"):
         DENSE.interpolate(np.array(values))
 
 
@@ -59,5 +59,5 @@ def test_the_majority_is_the_label_of_greatest_weight() -> None:
     labels = np.array(["-"] * 5 + ["leg", "-", "leg"])
     found = DENSE.target_to_source.majority(labels)
     assert found.tolist() == ["leg", "leg", "leg", "-"]
-    with pytest.raises(ValueError, match="corner is vertex 7"):
+    with pytest.raises(ValueError, match="has a vertex 7"):
         DENSE.target_to_source.majority(labels[:7])
