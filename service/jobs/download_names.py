@@ -29,19 +29,13 @@ def result_stem(service: Service, job_id: str) -> str:
         return "-to-".join(_ends(service, payload))
     if isinstance(payload, TransferPayload):
         match = _payload(service, payload.match)
-        given = match if isinstance(match, MatchPayload) else None
-        names = (
-            {}
-            if given is None
-            else {
-                given.source: given.source_name,
-                given.target: given.target_name,
-            }
-        )
-        ends = (_stem(service, one, names.get(one)) for one in (payload.source, payload.target))
+        if not isinstance(match, MatchPayload):
+            return job_id
+        source, target = _ends(service, match)
+        ends = (source, target) if payload.direction == "source_to_target" else (target, source)
         return f"{payload.what}-{'-to-'.join(ends)}"
     if isinstance(payload, RegistrationPayload):
-        return f"{_stem(service, payload.template, payload.template_name)}-mean"
+        return f"{_stem(service, payload.template, payload.template_name)}-registration"
     return job_id
 
 

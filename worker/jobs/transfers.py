@@ -101,7 +101,9 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
     if packed is None:
         raise ResultGone("the result of the match has expired; match again")
     match = result_from_blob(packed)
-    dense, names = match.dense, {match.source: match.source_name, match.target: match.target_name}
+    dense, forwards = match.dense, payload.direction == "source_to_target"
+    # By the direction: source and target may be one shape, of two names.
+    names = (match.source_name, match.target_name)[:: 1 if forwards else -1]
     if dense is None or dense.inverse is None:
         raise OptionError("match", "it has no map in both directions; match again with `dense`")
     found = _outcome(payload, dense, dense.inverse, context, control)
@@ -112,8 +114,8 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
             match=payload.match,
             source=payload.source,
             target=payload.target,
-            source_name=names[payload.source],
-            target_name=names[payload.target],
+            source_name=names[0],
+            target_name=names[1],
             what=payload.what,
             direction=payload.direction,
             on=_on(carried, payload),

@@ -176,6 +176,9 @@ def test_bytes_uploaded_under_a_second_name_keep_it_for_that_upload(
     assert again.name == "the second name"
     match = client.match(first, again, points=8, eigenpairs=30).result()
     assert (match.source_name, match.target_name) == ("a.off", "the second name")
+    job = client.match(first, again, points=8, dense=True).wait()
+    back = client.transfer(job, what="landmarks", points=[3], direction="target_to_source").result()
+    assert (back.source_name, back.target_name) == ("the second name", "a.off")
 
 
 def test_transfer_command(url: str, blobs: tuple[Path, Path], job_id: str, parts: Path) -> None:
