@@ -10,6 +10,7 @@ turned and bent but never reflected, so that images on the wrong side have the w
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -239,22 +240,51 @@ def fit_alignment(source: Samples, target: Samples, pairs: Pairs, size: int) -> 
         Number of eigenfunctions; all there are, if it is greater.
     """
     k = min(size, source.size, target.size)
-    weights, functions = pairs.weights, source.eigenfunctions[:, :k]
+    basis = WeightedBasis(source.eigenfunctions[:, :k], pairs.weights)
     goals = pairs.partners(target.smoothed(k)[0], 3)
     ridge = _RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[-1]), _LEAST)
-    coefficients, turn = fit_displacement(
-        functions, source.coefficients[:k], goals, weights, ridge + _LEAST
-    )
+    coefficients, turn = fit_displacement(basis, source.coefficients[:k], goals, ridge + _LEAST)
     there = pairs.partners(target.eigenfunctions, k)
-    left, _, right = np.linalg.svd(((functions * weights).T @ there).T)
+    left, _, right = np.linalg.svd((basis.weighted @ there).T)
     return Alignment(coefficients, FunctionalMap(left @ right), turn)
 
 
+@dataclass(frozen=True, eq=False)
+class WeightedBasis:
+    """Eigenfunctions of a surface at some of its points, to be fitted by least squares.
+
+    Parameters
+    ----------
+    functions
+        (P, k) their values.
+    weights
+        (P, 1) of the points.
+    """
+
+    functions: FloatArray
+    weights: FloatArray
+
+    @cached_property
+    def weighted(self) -> FloatArray:
+        """(k, P) values times weights."""
+        return (self.functions * self.weights).T
+
+    @cached_property
+    def gram(self) -> FloatArray:
+        """(k, k) weighted scalar products of the eigenfunctions."""
+        products: FloatArray = self.weighted @ self.functions
+        return products
+
+    def coefficients(self, values: FloatArray, ridge: FloatArray) -> FloatArray:
+        """(k, d) coefficients that fit (P, d) values, with a (k,) ridge."""
+        found = np.linalg.solve(self.gram + np.diag(ridge), self.weighted @ values)
+        return np.asarray(found, dtype=np.float64)
+
+
 def fit_displacement(
-    functions: FloatArray,
+    basis: WeightedBasis,
     coefficients: FloatArray,
     goals: FloatArray,
-    weights: FloatArray,
     ridge: FloatArray,
     scale: float = 1.0,
 ) -> tuple[FloatArray, FloatArray]:
@@ -262,14 +292,12 @@ def fit_displacement(
 
     Parameters
     ----------
-    functions
-        (P, k) eigenfunctions of the surface at its points.
+    basis
+        k eigenfunctions of the surface at P points.
     coefficients
         (k, 3) coefficients of its positions.
     goals
         (P, 3) where the points are to go.
-    weights
-        (P, 1) weights of the points.
     ridge
         (k,) of the displacement.
     scale
@@ -279,14 +307,13 @@ def fit_displacement(
     -------
     (k, 3) coefficients of the displaced surface, and (3, 3) its rotation times the scale.
     """
+    functions, weights = basis.functions, basis.weights
     here = functions @ coefficients
     turn = scale * rotation_onto(here, goals, weights)
-    weighted = (functions * weights).T
     turned = coefficients @ turn
     # The first eigenfunction is constant: the translation is free of the ridge.
     turned[0] += (weights * (goals - here @ turn)).sum(axis=0) / (weights.sum() * functions[0, 0])
-    gram = weighted @ functions + np.diag(ridge)
-    return turned + np.linalg.solve(gram, weighted @ (goals - functions @ turned)), turn
+    return turned + basis.coefficients(goals - functions @ turned, ridge), turn
 
 
 def rotation_onto(here: FloatArray, there: FloatArray, weights: FloatArray) -> FloatArray:

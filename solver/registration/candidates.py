@@ -19,6 +19,7 @@ from solver.registration.alignment import (
     GLOBAL,
     Alignment,
     Pairs,
+    WeightedBasis,
     embedding,
     fit_displacement,
     rotation_onto,
@@ -199,10 +200,9 @@ def pairs_from_points(
         for surface, vertices in zip(surfaces, points, strict=True)
     )
     goals = there @ target.coefficients[:k]
-    weights = np.full((len(here), 1), 1.0 / len(here))
-    coefficients, turn = fit_displacement(
-        here, source.coefficients[:k], goals, weights, first_ridge(source.eigenvalues[:k])
-    )
+    basis = WeightedBasis(here, np.full((len(here), 1), 1.0 / len(here)))
+    ridge = first_ridge(source.eigenvalues[:k])
+    coefficients, turn = fit_displacement(basis, source.coefficients[:k], goals, ridge)
     few = min(k, max(len(here) // 2, 1))
     functional = fit_orthonormal_map(here[:, :few], there[:, :few])
     return Alignment(coefficients, functional, turn).pairs(source, target, GLOBAL)

@@ -30,6 +30,8 @@ class Stage:
         Of the embedding in which neighbours are found.
     kept
         Greatest number of candidates that are kept.
+    distances
+        Whether the change of distances is measured, which only tells how probable an answer is.
     """
 
     source_samples: int
@@ -37,6 +39,7 @@ class Stage:
     sizes: tuple[int, ...]
     weights: Weights
     kept: int
+    distances: bool = False
 
 
 # Chosen on generated people and animals: `python -m bench.dense`.
@@ -46,7 +49,7 @@ COARSE = (
 )
 FINE = (
     Stage(300, 750, (26, 33, 41, 50), LOCAL, 5),
-    Stage(750, 1500, (70, 85, 100), LOCAL, 6),
+    Stage(750, 1500, (70, 85, 100), LOCAL, 6, distances=True),
 )
 
 SAME = 0.05
@@ -242,7 +245,7 @@ def register_candidate(
 ) -> Candidate:
     """Register a candidate in one stage, whose samples are given, and measure its fit."""
     alignment = align(*samples, pairs, stage.sizes, stage.weights)
-    fit, local = measure_fit(*samples, alignment)
+    fit, local = measure_fit(*samples, alignment, distances=stage.distances)
     images = samples[1].vertices[local.pairs.images]
     return Candidate(images, alignment, fit, local, task.missed(alignment))
 

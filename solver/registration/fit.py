@@ -59,6 +59,7 @@ class Fit:
         Mean change of commute-time distances between samples, relative to the mean distance. It
         is not local as the others are, and says how probable an answer is, not which one is better:
         animals of different species, and limbs that touch, change distances more than wrong maps.
+        ``None`` where it is not measured.
     """
 
     apart: float
@@ -66,7 +67,7 @@ class Fit:
     sheared: float
     stretched: float
     bent: tuple[float, ...]
-    distorted: float
+    distorted: float | None = None
 
     @property
     def measures(self) -> dict[str, float]:
@@ -77,8 +78,9 @@ class Fit:
             "sheared": self.sheared,
             "stretched": self.stretched,
             **by_number(self.bent),
-            _DISTORTED: self.distorted,
         }
+        if self.distorted is not None:
+            known[_DISTORTED] = self.distorted
         return logarithms(known)
 
     @property
@@ -125,7 +127,9 @@ def worse_by(ours: FloatArray, theirs: FloatArray) -> FloatArray:
     return difference
 
 
-def measure_fit(source: Samples, target: Samples, alignment: Alignment) -> tuple[Fit, LocalFit]:
+def measure_fit(
+    source: Samples, target: Samples, alignment: Alignment, *, distances: bool = False
+) -> tuple[Fit, LocalFit]:
     """Measure the fit of an aligned source, whatever embedding it was aligned in.
 
     Parameters
@@ -134,6 +138,8 @@ def measure_fit(source: Samples, target: Samples, alignment: Alignment) -> tuple
         S and M samples.
     alignment
         The alignment.
+    distances
+        Whether the change of distances is measured.
 
     Returns
     -------
@@ -161,7 +167,7 @@ def measure_fit(source: Samples, target: Samples, alignment: Alignment) -> tuple
         float(np.sqrt(2.0 * shear)),
         stretch,
         tuple(bent),
-        _distortion(source, target, pairs.images),
+        _distortion(source, target, pairs.images) if distances else None,
     )
     return fit, LocalFit(densities, pairs)
 

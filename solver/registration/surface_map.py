@@ -87,6 +87,8 @@ class SurfaceMap:
         start
             (S,) target vertices to begin at, by default the nearest samples.
         """
+        if vertices is None and start is None:
+            return self._images
         here = _rows(self._embedded, vertices)
         return _nearest_vertices(here, self._target_embedded, self.target, start)
 
@@ -197,6 +199,10 @@ class SurfaceMap:
         found = replace(self, weights=weights)
         vars(found)["normals"] = self.normals
         return found
+
+    @cached_property
+    def _images(self) -> IntArray:
+        return _nearest_vertices(self._embedded, self._target_embedded, self.target)
 
     @cached_property
     def normals(self) -> FloatArray:

@@ -19,7 +19,13 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points, nearest_points
-from solver.registration.alignment import Alignment, Weights, embedding, fit_displacement
+from solver.registration.alignment import (
+    Alignment,
+    WeightedBasis,
+    Weights,
+    embedding,
+    fit_displacement,
+)
 from solver.registration.surface import Samples, SmoothSurface
 
 WEIGHTS = Weights(spectrum=1.0, space=2.0, normals=0.3, curvature=0.2)
@@ -262,20 +268,16 @@ def fit_to_part(
         Number of eigenfunctions.
     """
     k = min(size, whole.size)
-    rows, weights = pairs.rows, pairs.weights
-    functions = whole.eigenfunctions[rows, :k]
-    weighted = (functions * weights).T
-    gram = weighted @ functions
+    basis = WeightedBasis(whole.eigenfunctions[pairs.rows, :k], pairs.weights)
     decay = whole.eigenvalues[:k] / max(float(whole.eigenvalues[-1]), _LEAST)
     coefficients, turn = fit_displacement(
-        functions,
+        basis,
         whole.coefficients[:k],
         part.positions[pairs.columns],
-        weights,
         _RIDGE * decay + _LEAST,
         scale,
     )
     rank = min(max(int(_RANK * k), 4), part.functions.shape[1])
     there = part.functions[pairs.columns, :rank]
-    matrix = np.linalg.solve(gram + np.diag(_SPECTRAL_RIDGE * decay + _LEAST), weighted @ there).T
+    matrix = basis.coefficients(there, _SPECTRAL_RIDGE * decay + _LEAST).T
     return Alignment(coefficients, FunctionalMap(np.asarray(matrix)), turn)

@@ -23,7 +23,7 @@ from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
 from solver.labelling import UNMATCHED, LabellingProblem, pairs_with_landmarks
 from solver.optimisation.exact import m_best_solutions
-from solver.registration.alignment import Alignment, fit_displacement
+from solver.registration.alignment import Alignment, WeightedBasis, fit_displacement
 from solver.registration.candidates import FIRST_SIZE, MIN_POINTS, Points, first_ridge
 from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
 from solver.registration.surface import Samples, SmoothSurface, smooth_surface
@@ -164,11 +164,11 @@ def first_alignment(
     """Displace the whole so that given points correspond."""
     here, there = points
     k = min(FIRST_SIZE, whole.samples.size)
+    weights = np.full((len(here), 1), 1.0 / len(here))
     coefficients, turn = fit_displacement(
-        whole.spectrum.eigenfunctions[here, :k],
+        WeightedBasis(whole.spectrum.eigenfunctions[here, :k], weights),
         whole.samples.coefficients[:k],
         part.mesh.vertices[there],
-        np.full((len(here), 1), 1.0 / len(here)),
         first_ridge(whole.samples.eigenvalues[:k]),
         scale,
     )

@@ -25,6 +25,7 @@ WORSE = 1.1, 1.5, 3.0
 
 
 def worse_than(fit: Fit, factor: float) -> Fit:
+    assert fit.distorted is not None
     bent = tuple(factor * one for one in fit.bent)
     return Fit(
         factor * fit.apart,
