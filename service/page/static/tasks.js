@@ -9,11 +9,13 @@ import { COMPARE, LEARN, MATCH } from "./parameters.js";
 const SIMPLIFIED = 20000;
 
 const idsOf = (shapes) => shapes.map((shape) => shape.id);
+const namesOf = (shapes) => shapes.map((shape) => shape.name);
 // With the names that are shown: an upload may have another than the one that its file is stored under.
 const pair = ([source, target]) => ({ source: source.id, target: target.id, source_name: source.name, target_name: target.name });
 const batch = ([source, ...targets]) => ({
-  source: source.id, targets: idsOf(targets), source_name: source.name, target_names: targets.map((target) => target.name),
+  source: source.id, targets: idsOf(targets), source_name: source.name, target_names: namesOf(targets),
 });
+const all = (shapes) => ({ shapes: idsOf(shapes), names: namesOf(shapes) });
 
 const matchFields = ({ metrics, descriptors }, shapes) => [
   numberField("points", MATCH.points),
@@ -62,7 +64,7 @@ const comparing = {
   title: "Compare",
   about: "Compare: dissimilarities of all pairs",
   parameters: COMPARE,
-  named: (shapes) => ({ shapes: idsOf(shapes) }),
+  named: all,
   fields: ({ metrics }, shapes) => [
     numberField("points", COMPARE.points),
     structureField("metric", COMPARE.metric, metrics, shapes),
@@ -75,7 +77,7 @@ const registering = {
   path: "/v1/registrations",
   title: "Register",
   about: "Register the first, as a template, to each of the others",
-  named: ([template, ...specimens]) => ({ template: template.id, shapes: idsOf(specimens) }),
+  named: ([template, ...specimens]) => ({ template: template.id, template_name: template.name, ...all(specimens) }),
   fields: (_, shapes) => [h("div", { class: "checks" },
     checkbox("scale", true, "Scale the specimens to a common size before their mean is taken", false), components(shapes))],
 };
@@ -85,7 +87,7 @@ const mapping = {
   path: "/v1/consistent-maps",
   title: "Map",
   about: "Consistent maps between all, improved by one another",
-  named: (shapes) => ({ shapes: idsOf(shapes) }),
+  named: all,
   fields: (_, shapes) => [h("div", { class: "checks" }, components(shapes))],
 };
 

@@ -247,14 +247,31 @@ def test_an_unchecked_box_switches_orientation_off(page: Page, api: Api, matched
     expect(page.locator("[data-field=confidence]")).to_have_count(0)
 
 
-def test_a_match_has_the_names_of_the_uploads(page: Page, api: Api, matched: Page) -> None:
+def choose_again(page: Page, *names: str) -> None:
+    """Upload the figures under other names."""
     page.goto("/")
     files: list[FilePayload] = [
         {"name": name, "mimeType": "", "buffer": path.read_bytes()}
-        for name, path in zip(("a.off", "c2.off"), FIGURES, strict=True)
+        for name, path in zip(names, FIGURES, strict=True)
     ]
     page.locator("#files").set_input_files(files)
-    expect(page.locator(".chips a")).to_have_text(["a.off", "c2.off"])
+    expect(page.locator(".chips a")).to_have_text(names)
+
+
+def test_a_comparison_has_the_names_of_the_uploads(page: Page, api: Api, matched: Page) -> None:
+    choose_again(page, "b.off", "d4.off")
+    page.get_by_label("Compare: dissimilarities of all pairs").check()
+    page.get_by_role("button", name="Compare", exact=True).click()
+    page.wait_for_url("**/#/jobs/*")
+    heading = page.get_by_role("heading", name="Dissimilarities of 2 shapes")
+    expect(heading).to_be_visible(timeout=60_000)
+    result = result_of(page, api)
+    assert result["names"] == ["b.off", "d4.off"]
+    assert result["shapes"] == [result_of(matched, api)[side] for side in ("source", "target")]
+
+
+def test_a_match_has_the_names_of_the_uploads(page: Page, api: Api, matched: Page) -> None:
+    choose_again(page, "a.off", "c2.off")
     page.get_by_label("Points", exact=True).fill("8")
     page.get_by_label("Tell left from right").uncheck()
     page.get_by_role("button", name="Match", exact=True).click()
