@@ -13,6 +13,8 @@ from solver.matching.level import Level
 from solver.matching.options import CANDIDATES, SAMPLES
 from solver.matching.result import Correspondence, LevelReport, Match, SampleProof
 
+_NOTHING_MATCHED = "no point is matched: raise `occlusion_cost`, which is less than any pair costs"
+
 
 def report_match(
     hypotheses: Sequence[Hypothesis],
@@ -50,7 +52,9 @@ def report_match(
         _report_level(level, solved, [one.levels[index] for one in others], finest)
         for index, (level, solved) in enumerate(zip(levels, answer.levels, strict=True))
     )
-    found = Match(best, tuple(alternatives), reports, tuple(warnings), control.timings)
+    nothing = () if len(best.source) else (_NOTHING_MATCHED,)
+    warned = (*warnings, *nothing)
+    found = Match(best, tuple(alternatives), reports, warned, control.timings)
     if proof is None:
         return found
     optimum = _correspondence(Hypothesis((proof,)), finest, source, target)

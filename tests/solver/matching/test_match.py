@@ -143,6 +143,7 @@ def test_occlusion_may_be_so_cheap_that_nothing_is_matched(
     assert len(found.best.source) == 0
     assert len(found.best.unmatched) == 32
     assert found.best.energy == pytest.approx(32e-12)
+    assert any(one.startswith("no point is matched") for one in found.warnings)
     assert found.certified
 
 
