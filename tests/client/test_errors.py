@@ -1,6 +1,8 @@
 """What the running service refuses, as exceptions."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import isomatch
 import numpy as np
@@ -56,8 +58,47 @@ def test_a_file_that_is_not_uploaded(client: isomatch.Client) -> None:
             client.match(given, UNKNOWN)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="is no id"):
         client.match_many(UNKNOWN, ["a.off"])
-    with pytest.raises(TypeError, match=r"a NoneType has no id: give what client\.upload returns"):
+    with pytest.raises(TypeError, match=r"NoneType has no id: give what client\.upload returns"):
         client.match(None, UNKNOWN)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("given", [None, 5, np.eye(3)], ids=["None", "int", "ndarray"])
+def test_what_has_no_id(client: isomatch.Client, given: Any) -> None:
+    calls: list[Callable[[Any], object]] = [
+        lambda one: client.match(one, UNKNOWN),
+        client.shape,
+        client.geometry,
+        client.delete_shape,
+        client.delete_attributes,
+        client.prototype,
+        client.job,
+    ]
+    for call in calls:
+        with pytest.raises(TypeError, match=r"has no id: give what client\.upload returns"):
+            call(given)
+
+
+def test_one_instead_of_a_list(
+    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
+) -> None:
+    calls: list[tuple[str, Callable[[Any], object]]] = [
+        ("shapes", client.dissimilarities),
+        ("shapes", client.consistent_maps),
+        ("shapes", client.learn_prototype),
+        ("shapes", lambda one: client.match_many(pair[1], one)),
+        ("shapes", lambda one: client.register(pair[1], one)),
+        ("labels", lambda one: client.dissimilarities(pair, one)),
+        ("templates", lambda one: client.landmarks(one, pair[1])),
+        ("names", lambda one: client.transfer(UNKNOWN, what="scalars", names=one)),
+        ("landmarks", lambda one: client.transfer(UNKNOWN, what="landmarks", points=one)),
+    ]
+    for entries, call in calls:
+        for given in (pair[0], UNKNOWN, 5):
+            message = f"give a list of {entries}, not {type(given).__name__}"
+            with pytest.raises(TypeError, match=message):
+                call(given)
+    # Any other iterable is as good as a list.
+    client.dissimilarities(iter(pair)).cancel()
 
 
 def test_a_bad_parameter(client: isomatch.Client) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import JobRecord, MatchParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, named, names_of, path_to
+from isomatch._operations.request_parts import id_of, listed, named, names_of, path_to
 from isomatch._results import BatchProgress, Prototype
 from isomatch._webhooks import Webhook
 
@@ -19,7 +19,7 @@ def start_batch(
 ) -> Operation[JobRecord]:
     """Queue the matches of one source with many targets."""
     check_names(parameters, MatchParameters.__annotations__, "match_many")
-    every = list(targets)
+    every = listed(targets, "shapes")
     body: dict[str, Json] = {
         "source": id_of(source),
         "targets": [id_of(one) for one in every],

@@ -41,7 +41,7 @@ from isomatch._models import (
     Shape,
     check_names,
 )
-from isomatch._operations.request_parts import id_of, named, names_of, path_to
+from isomatch._operations.request_parts import id_of, listed, named, names_of, path_to
 from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
 from isomatch._webhooks import Webhook
@@ -82,10 +82,10 @@ def start_dissimilarities(
 ) -> Operation[JobRecord]:
     """Queue the comparison of a collection."""
     check_names(parameters, DissimilarityParameters.__annotations__, "dissimilarities")
-    every = list(shapes)
+    every = listed(shapes, "shapes")
     body: dict[str, Json] = {"shapes": [id_of(one) for one in every], "names": names_of(every)}
     if labels is not None:
-        body["labels"] = [str(label) for label in labels]
+        body["labels"] = [str(label) for label in listed(labels, "labels")]
     return (yield from start_job("/v1/dissimilarities", body, parameters, webhook, key))
 
 
@@ -96,7 +96,7 @@ def start_consistent_maps(
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue the consistent maps of a collection."""
-    every = list(shapes)
+    every = listed(shapes, "shapes")
     body: dict[str, Json] = {"shapes": [id_of(one) for one in every], "names": names_of(every)}
     parameters = {"largest_component": largest_component}
     return (yield from start_job("/v1/consistent-maps", body, parameters, webhook, key))

@@ -8,6 +8,7 @@ from isomatch._http import Operation
 from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, carried_landmarks
 from isomatch._models import JobRecord, MatchParameters, Shape
 from isomatch._operations.jobs import cancel_job, start_match, wait_for_job, watch_job
+from isomatch._operations.request_parts import listed
 from isomatch._operations.results import get_result
 from isomatch._operations.shapes import get_geometry
 from isomatch._results import Match
@@ -20,7 +21,7 @@ def start_landmarks(
     templates: Sequence[LandmarkTemplate], specimen: Shape | str, parameters: MatchParameters
 ) -> Operation[list[JobRecord]]:
     """Queue a dense match of each template with a specimen; all of them, or none."""
-    if not templates:
+    if not listed(templates, "templates"):
         raise ValueError("give at least one template")
     given = [name for name in FIXED if name in parameters]
     if given:

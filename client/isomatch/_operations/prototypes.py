@@ -8,7 +8,7 @@ from isomatch._errors import UnexpectedResponse
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import JobRecord, Page, PrototypeParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.request_parts import id_of, listed, path_to
 from isomatch._operations.uploads import upload
 from isomatch._results import Prototype, PrototypePoints
 from isomatch._upload import FileSource, prototype_file
@@ -26,7 +26,7 @@ def start_prototype(
 ) -> Operation[JobRecord]:
     """Queue the learning of a prototype."""
     check_names(parameters, PrototypeParameters.__annotations__, "learn_prototype")
-    body: dict[str, Json] = {"shapes": [id_of(shape) for shape in shapes]}
+    body: dict[str, Json] = {"shapes": [id_of(one) for one in listed(shapes, "shapes")]}
     if correspondences is not None:
         body["correspondences"] = [[int(vertex) for vertex in one] for one in correspondences]
     if name is not None:
@@ -50,18 +50,18 @@ def list_prototypes(cursor: str | None, name: str | None) -> Operation[Page[Prot
 
 def delete_prototype(prototype: Prototype | str) -> Operation[None]:
     """Delete a prototype."""
-    yield from send(Call("DELETE", path_to("prototypes", id_of(prototype))))
+    yield from send(Call("DELETE", path_to("prototypes", prototype)))
 
 
 def download_prototype(prototype: Prototype | str, path: str | os.PathLike[str]) -> Operation[None]:
     """Request the archive of a prototype, and write it to a file."""
-    call = Call("GET", path_to("prototypes", id_of(prototype), "archive"))
+    call = Call("GET", path_to("prototypes", prototype, "archive"))
     Path(path).write_bytes((yield from send(call)).content)
 
 
 def get_prototype_points(prototype: Prototype | str) -> Operation[PrototypePoints]:
     """Request the archive of a prototype, and read its points."""
-    response = yield from send(Call("GET", path_to("prototypes", id_of(prototype), "archive")))
+    response = yield from send(Call("GET", path_to("prototypes", prototype, "archive")))
     try:
         return PrototypePoints.from_bytes(response.content)
     except ValueError as error:

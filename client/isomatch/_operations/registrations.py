@@ -7,7 +7,7 @@ from pathlib import Path
 from isomatch._http import Json, Operation
 from isomatch._models import JobRecord, Shape
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, named, names_of
+from isomatch._operations.request_parts import id_of, listed, named, names_of
 from isomatch._operations.results import get_file
 from isomatch._webhooks import Webhook
 
@@ -24,7 +24,7 @@ def start_registration(
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue the registration of a template to specimens."""
-    every = list(shapes)
+    every = listed(shapes, "shapes")
     body: dict[str, Json] = {
         "template": id_of(template),
         "shapes": [id_of(one) for one in every],

@@ -2,9 +2,10 @@
 
 import os
 import re
-from collections.abc import Iterable
-from typing import Final, Protocol
-from urllib.parse import quote
+from collections.abc import Iterable, Mapping
+from typing import Final, Protocol, TypeVar
+
+from pydantic import BaseModel
 
 from isomatch._http import Json
 from isomatch._models import Shape
@@ -15,6 +16,10 @@ HELD: Final = 60.0
 pictures and files."""
 
 _ID: Final = re.compile(r"[0-9a-zA-Z_-]{1,64}")
+
+_WANTED: Final = "give what client.upload returns, a prototype or a job, or its id"
+
+EntryT = TypeVar("EntryT")
 
 
 class Identified(Protocol):
@@ -31,22 +36,39 @@ def id_of(given: Identified | str) -> str:
     Raises
     ------
     ValueError
-        A text is no id, but the name of a file.
+        A text is no id, but perhaps the name of a file.
     TypeError
         A result is given instead of its job, or something else that has no id.
     """
     if isinstance(given, str | os.PathLike) and not _ID.fullmatch(str(given)):
-        raise ValueError(f"{str(given)!r} is no id: give what client.upload returns of the file")
+        raise ValueError(f"{str(given)!r} is no id: {_WANTED}")
     if isinstance(given, Result):
         raise TypeError("a result does not know its job: give the job itself, or its id")
     if isinstance(given, str):
         return given
     if not isinstance(getattr(given, "id", None), str):
-        raise TypeError(
-            f"a {type(given).__name__} has no id: give what client.upload returns, a prototype or a"
-            " job, or its id"
-        )
+        raise TypeError(f"{type(given).__name__} has no id: {_WANTED}")
     return given.id
+
+
+def listed(given: Iterable[EntryT], entries: str) -> list[EntryT]:
+    """Return the entries of a list that a user gave.
+
+    Parameters
+    ----------
+    given
+        The list, or any other iterable.
+    entries
+        What it has, for the message.
+
+    Raises
+    ------
+    TypeError
+        A single entry is given: a text has letters, and a shape fields, when it is iterated over.
+    """
+    if isinstance(given, str | bytes | Mapping | BaseModel) or not isinstance(given, Iterable):
+        raise TypeError(f"give a list of {entries}, not {type(given).__name__}")
+    return list(given)
 
 
 def named(**shapes: Identified | str) -> dict[str, Json]:
@@ -62,6 +84,6 @@ def names_of(shapes: Iterable[Identified | str]) -> list[Json]:
     return [one.name if isinstance(one, Shape) else None for one in shapes]
 
 
-def path_to(*parts: str) -> str:
-    """Return the path of a resource."""
-    return "/v1/" + "/".join(quote(part, safe="") for part in parts)
+def path_to(collection: str, given: Identified | str, *rest: str) -> str:
+    """Return the path of a resource of a collection, or of a part of it; see :func:`id_of`."""
+    return "/".join(["/v1", collection, id_of(given), *rest])

@@ -3,7 +3,7 @@
 from isomatch._errors import UnexpectedResponse
 from isomatch._http import Call, Operation, parsed, send
 from isomatch._models import Page, Shape, Structures
-from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.request_parts import path_to
 from isomatch._operations.uploads import upload
 from isomatch._results import Geometry
 from isomatch._upload import MeshSource, mesh_file
@@ -36,17 +36,17 @@ def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
 
 def delete_shape(shape: Shape | str) -> Operation[None]:
     """Delete a shape."""
-    yield from send(Call("DELETE", path_to("shapes", id_of(shape))))
+    yield from send(Call("DELETE", path_to("shapes", shape)))
 
 
 def get_mesh(shape: Shape | str) -> Operation[bytes]:
     """Request the file of a shape."""
-    return (yield from send(Call("GET", path_to("shapes", id_of(shape), "mesh")))).content
+    return (yield from send(Call("GET", path_to("shapes", shape, "mesh")))).content
 
 
 def get_geometry(shape: Shape | str) -> Operation[Geometry]:
     """Request the surface of a shape as arrays."""
-    response = yield from send(Call("GET", path_to("shapes", id_of(shape), "geometry")))
+    response = yield from send(Call("GET", path_to("shapes", shape, "geometry")))
     try:
         return Geometry.from_bytes(response.content)
     except ValueError as error:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import Attributes, JobRecord, SurfacePoint
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import Identified, id_of, path_to
+from isomatch._operations.request_parts import Identified, id_of, listed, path_to
 from isomatch._operations.uploads import UPLOAD_TIMEOUT, upload
 from isomatch._results import Direction, Element, TransferKind
 from isomatch._upload import FileSource, attribute_file
@@ -43,8 +43,7 @@ def upload_attributes(
 
 def delete_attributes(attributes: Attributes | str) -> Operation[None]:
     """Delete an attribute file."""
-    attributes_id = attributes if isinstance(attributes, str) else attributes.id
-    yield from send(Call("DELETE", path_to("attributes", attributes_id)))
+    yield from send(Call("DELETE", path_to("attributes", attributes)))
 
 
 def start_transfer(
@@ -69,11 +68,11 @@ def start_transfer(
         body["attributes"] = (yield from upload_attributes(values, None, None, UPLOAD_TIMEOUT)).id
     if on is not None:
         body["on"] = on
-    if named := list(names):
+    if named := listed(names, "names"):
         body["names"] = named
     if influences is not None:
         body["influences"] = influences
-    if given := [_point(one) for one in points]:
+    if given := [_point(one) for one in listed(points, "landmarks")]:
         body["points"] = given
     return (yield from start_job("/v1/transfers", body, {}, webhook, key))
 

@@ -55,6 +55,8 @@ def transferred(
     `name` is that of the shape that values are of, `rows` the number of vertices of its file, and
     `others` that of the other file; None if it is not known.
     """
+    if values is None:
+        raise TypeError(f"give an array with a row for each vertex of {name}, not None")
     forwards = goes_forwards(direction)
     if kind == "landmarks":
         return _images(dense.source_to_target if forwards else dense.target_to_source, values)

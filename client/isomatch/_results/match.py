@@ -177,6 +177,8 @@ class Match(Result, Correspondences):
 
         Raises
         ------
+        TypeError
+            There are no values.
         ValueError
             The match is not dense, rows are missing or too many, or numbers are not finite.
 

@@ -113,6 +113,8 @@ def test_a_match_of_points_alone_carries_nothing() -> None:
     sparse = Match.from_json(json.dumps(EXAMPLE))
     with pytest.raises(ValueError, match="dense=True"):
         sparse.transfer([1.0, 2.0, 3.0])
+    with pytest.raises(TypeError, match="give an array with a row for each vertex"):
+        MATCH.transfer(None)  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="direction is"):
         MATCH.transfer([1.0, 2.0, 3.0], direction="back")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="direction is"):
