@@ -13,7 +13,13 @@ from isomatch._clients.async_landmark_job import AsyncLandmarkJob
 from isomatch._clients.client import Client
 from isomatch._clients.documented_as import documented_as
 from isomatch._clients.recorded_job import RecordedJob
-from isomatch._http import AsyncTransport, api_key_or_default, url_or_default
+from isomatch._http import (
+    AsyncTransport,
+    api_key_or_default,
+    retries_given,
+    timeout_given,
+    url_or_default,
+)
 from isomatch._landmarks import LandmarkTemplate
 from isomatch._models import (
     Attributes,
@@ -80,7 +86,11 @@ class AsyncClient:
     ) -> None:
         self.base_url = url_or_default(base_url)
         self._transport = AsyncTransport(
-            self.base_url, timeout, retries, transport, api_key_or_default(api_key)
+            self.base_url,
+            timeout_given(timeout),
+            retries_given(retries),
+            transport,
+            api_key_or_default(api_key),
         )
 
     async def __aenter__(self) -> "AsyncClient":

@@ -11,7 +11,13 @@ import httpx2
 from isomatch._clients.job import Job
 from isomatch._clients.landmark_job import LandmarkJob
 from isomatch._clients.recorded_job import RecordedJob
-from isomatch._http import BlockingTransport, api_key_or_default, url_or_default
+from isomatch._http import (
+    BlockingTransport,
+    api_key_or_default,
+    retries_given,
+    timeout_given,
+    url_or_default,
+)
 from isomatch._landmarks import LandmarkTemplate
 from isomatch._models import (
     Attributes,
@@ -79,7 +85,10 @@ class Client:
     Raises
     ------
     ValueError
-        `base_url` is not an http(s) address, or `api_key` is not printable ASCII.
+        `base_url` is not an http(s) address, `api_key` is not printable ASCII, `timeout` is not
+        over 0, or `retries` is negative.
+    TypeError
+        An argument has the wrong type; the message names it.
 
     Examples
     --------
@@ -100,7 +109,11 @@ class Client:
     ) -> None:
         self.base_url = url_or_default(base_url)
         self._transport = BlockingTransport(
-            self.base_url, timeout, retries, transport, api_key_or_default(api_key)
+            self.base_url,
+            timeout_given(timeout),
+            retries_given(retries),
+            transport,
+            api_key_or_default(api_key),
         )
 
     def __enter__(self) -> "Client":

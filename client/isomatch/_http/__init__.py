@@ -5,6 +5,7 @@ from isomatch._http.answers import checked, parsed, send, unexpected
 from isomatch._http.async_transport import AsyncTransport
 from isomatch._http.blocking_transport import BlockingTransport
 from isomatch._http.events import EventReader
+from isomatch._http.limits import retries_given, timeout_given
 from isomatch._http.operation import (
     Call,
     Item,
@@ -37,7 +38,9 @@ __all__ = [
     "checked",
     "failure_message",
     "parsed",
+    "retries_given",
     "send",
+    "timeout_given",
     "unexpected",
     "url_or_default",
 ]

@@ -15,9 +15,12 @@ def url_or_default(given: str | None) -> str:
 
     Raises
     ------
+    TypeError
+        It is no text.
     ValueError
         It is not an http(s) address.
     """
+    _check_text("base_url", given)
     url = given or os.environ.get(URL_VARIABLE) or DEFAULT_URL
     if not url.startswith(("http://", "https://")):
         raise ValueError(f"the service's address must begin with http:// or https://, not {url!r}")
@@ -33,10 +36,18 @@ def api_key_or_default(given: str | None) -> str | None:
 
     Raises
     ------
+    TypeError
+        It is no text.
     ValueError
         It cannot be sent in a header.
     """
+    _check_text("api_key", given)
     api_key = given or os.environ.get(KEY_VARIABLE) or None
     if api_key is not None and not (api_key.isascii() and api_key.isprintable()):
         raise ValueError("the API key must be printable ASCII")
     return api_key
+
+
+def _check_text(name: str, given: str | None) -> None:
+    if given is not None and not isinstance(given, str):
+        raise TypeError(f"{name} must be a text, not {type(given).__name__}")

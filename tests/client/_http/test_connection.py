@@ -300,6 +300,28 @@ def test_ids_lead_to_no_other_path() -> None:
     assert not service.requests
 
 
+@pytest.mark.parametrize("kind", [isomatch.Client, isomatch.AsyncClient])
+@pytest.mark.parametrize(
+    ("name", "given", "error"),
+    [
+        ("timeout", -1, ValueError),
+        ("timeout", 0.0, ValueError),
+        ("timeout", float("nan"), ValueError),
+        ("timeout", "x", TypeError),
+        ("retries", -1, ValueError),
+        ("retries", "x", TypeError),
+        ("retries", 1.5, TypeError),
+        ("api_key", 5, TypeError),
+        ("base_url", 5, TypeError),
+    ],
+)
+def test_wrong_arguments_of_clients_are_named(
+    kind: type, name: str, given: object, error: type[Exception]
+) -> None:
+    with pytest.raises(error, match=f"^{name} must be"):
+        kind(**{name: given})
+
+
 def test_the_api_key_comes_from_an_argument_or_the_environment(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
