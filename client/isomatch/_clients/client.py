@@ -242,7 +242,8 @@ class Client:
             Receiver of a notification when the job has ended: ``{"url": ..., "secret": ...}``.
         idempotency_key
             Key of this request: the service answers later requests with the same key, also from
-            other processes, with the same job. By default every call starts a job.
+            other processes, with the same job. Printable ASCII, 1 to 255 characters. By default
+            every call starts a job.
         **parameters
             See :class:`~isomatch.MatchParameters`.
 
@@ -260,7 +261,8 @@ class Client:
         TypeError
             A parameter does not exist.
         ValueError
-            The name of a file was given, not its shape.
+            The name of a file was given, not its shape, or `idempotency_key` or a number cannot be
+            sent.
         """
         start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))

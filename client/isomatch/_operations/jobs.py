@@ -52,6 +52,9 @@ LONG_POLL: Final = 20.0
 HEARTBEAT: Final = 15.0
 """Seconds after which the service sends something, if only to show that it is there."""
 
+LONGEST_KEY: Final = 255
+"""Characters of an idempotency key."""
+
 PROGRESS_POLL: Final = 0.5
 """Seconds between answers while a progress bar is shown."""
 
@@ -123,12 +126,26 @@ def start_job(
         Receiver of a notification when the job has ended.
     key
         Idempotency key; None for a new one.
+
+    Raises
+    ------
+    TypeError, ValueError
+        The key is not printable ASCII, or too long.
     """
     sent: dict[str, object] = {**body, **parameters}
     if webhook is not None:
         sent["webhook"] = webhook
-    headers = {"idempotency-key": key or uuid4().hex}
+    headers = {"idempotency-key": uuid4().hex if key is None else _checked(key)}
     return parsed(JobRecord, (yield from send(Call("POST", path, body=sent, headers=headers))))
+
+
+def _checked(key: str) -> str:
+    """Refuse a key that the service would refuse, or that no header can have."""
+    if not isinstance(key, str):
+        raise TypeError(f"idempotency_key must be a text, not {type(key).__name__}")
+    if not (0 < len(key) <= LONGEST_KEY and key.isascii() and key.isprintable()):
+        raise ValueError(f"idempotency_key must be printable ASCII, 1 to {LONGEST_KEY} characters")
+    return key
 
 
 def get_job(job_id: str, wait: float | None = None) -> Operation[JobRecord]:
