@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, Final, TypedDict
 
@@ -41,7 +42,7 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
         "headers": {**_trace_context(), **call.headers},
     }
     if call.body is not None:
-        arguments["content"] = json.dumps(call.body, allow_nan=False, default=_plain).encode()
+        arguments["content"] = _json(call.body)
         arguments["headers"]["content-type"] = "application/json"
     if call.file is not None:
         arguments["files"] = {"file": (call.file.name, call.file.content)}
@@ -49,11 +50,25 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
     return arguments
 
 
+def _json(body: Mapping[str, object]) -> bytes:
+    """Return a body as JSON; refuse what JSON cannot hold by the name of its field."""
+    fields = []
+    for name, value in body.items():
+        try:
+            text = json.dumps(value, allow_nan=False, default=_plain)
+        except ValueError as error:
+            raise ValueError(f"{name}: numbers must be finite, not nan or infinite") from error
+        except TypeError as error:
+            raise TypeError(f"{name}: {error}") from error
+        fields.append(f"{json.dumps(name)}: {text}")
+    return f"{{{', '.join(fields)}}}".encode()
+
+
 def _plain(value: object) -> object:
     """Return numbers and arrays of numpy as those of Python."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
-    raise TypeError(f"a parameter holds {type(value).__name__}, which is not JSON")
+    raise TypeError(f"{type(value).__name__} is not JSON")
 
 
 def _trace_context() -> dict[str, str]:

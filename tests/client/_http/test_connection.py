@@ -241,8 +241,32 @@ def test_numbers_and_arrays_of_numpy_are_sent_as_json() -> None:
     assert (first["points"], second["metric"]) == (8, [{"time": 0.5}])
     assert first["landmarks"] == second["landmarks"] == [[0, 1], [2, 3]]
     strange: dict[str, Any] = {"points": object()}
-    with client_of(service) as client, pytest.raises(TypeError, match="not JSON"):
+    with client_of(service) as client, pytest.raises(TypeError, match="points: object is not JSON"):
         client.match("a", "b", **strange)
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        ("beta", float("nan")),
+        ("time_limit", float("inf")),
+        ("metric", [{"name": "diffusion", "time": np.float64("inf")}]),
+    ],
+)
+def test_numbers_that_are_not_finite_are_named(name: str, given: object) -> None:
+    service = Broken(0, httpx2.ReadError, {})
+    parameters: dict[str, Any] = {name: given}
+    with client_of(service) as client, pytest.raises(ValueError, match=f"^{name}: .* finite"):
+        client.match("a", "b", **parameters)
+    assert not service.requests
+
+
+@pytest.mark.parametrize("key", ["", "a\nb", "é", 256 * "a"])
+def test_idempotency_keys_that_the_service_refuses_are_not_sent(key: str) -> None:
+    service = Broken(0, httpx2.ReadError, {})
+    with client_of(service) as client, pytest.raises(ValueError, match="1 to 255 characters"):
+        client.match("a", "b", idempotency_key=key)
+    assert not service.requests
 
 
 def test_only_given_parameters_are_sent() -> None:
