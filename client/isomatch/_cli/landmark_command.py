@@ -10,7 +10,7 @@ from typing import Annotated, Final
 import typer
 
 from isomatch._cli import render
-from isomatch._cli.exit_codes import Failures, connected
+from isomatch._cli.exit_codes import Failures, connected, leave
 from isomatch._cli.job_runs import echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
@@ -197,6 +197,10 @@ def _of_template(file: Path, shape: str, coordinates: CoordinateSystem) -> Landm
 def _print_remarks(
     client: Client, name: str, landmarks: LandmarkSet, shape: Shape, as_json: bool
 ) -> None:
-    remarks = remarks_on(landmarks, client.geometry(shape))
+    geometry = client.geometry(shape)
+    try:
+        remarks = remarks_on(landmarks, geometry)
+    except ValueError as error:
+        leave(error, as_json, name)
     if not as_json:
         render.print_warnings([f"{name}: {text}" for text in remarks], render.standard_error())

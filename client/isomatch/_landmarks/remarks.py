@@ -29,8 +29,15 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
     Returns
     -------
     Sentences; none if all landmarks are within `FAR` √area of the surface.
+
+    Raises
+    ------
+    ValueError
+        No landmark is, so that none can be carried.
     """
     given = landmarks.positions[landmarks.present]
+    if not len(given):
+        raise ValueError("all landmarks are missing")
     size = square_root_of_area(template)
     apart = _distances(template, given) / size
     far = apart > FAR
@@ -40,11 +47,15 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
     label = landmarks.labels[np.flatnonzero(landmarks.present)[worst]]
     text = (
         f"{int(far.sum())} of {len(given)} landmarks are far from the surface, {label!r} by"
-        f" {apart[worst] * size:.4g}; they are left out"
+        f" {apart[worst] * size:.4g}"
     )
+    none = ": check the unit of length and the coordinate system (LPS or RAS)"
+    text += none if far.all() else "; they are left out"
     turned = _distances(template, given * np.array([-1.0, -1.0, 1.0])) / size
     if np.median(turned) < 0.5 * np.median(apart):
         text += ". With x and y negated they are nearer: is the mesh in RAS coordinates?"
+    if far.all():
+        raise ValueError(text)
     return (text,)
 
 

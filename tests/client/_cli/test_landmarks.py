@@ -90,6 +90,20 @@ def test_meshes_in_other_coordinates(
     assert "are far from the surface" in flipped.stderr
 
 
+def test_landmarks_that_are_all_far_are_refused_before_anything_is_matched(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    millimetres, out = tmp_path / "millimetres.fcsv", tmp_path / "out"
+    thousand = isomatch.LandmarkSet(GIVEN.labels, GIVEN.positions * 1000.0)
+    isomatch.write_landmarks(millimetres, [thousand])
+    done = run("landmarks", blobs[0], millimetres, blobs[1], "-o", out, *QUICK, url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    count = int(THERE.sum())
+    assert f"isomatch: {blobs[0]}: {count} of {count} landmarks are far" in done.stderr
+    assert "check the unit of length and the coordinate system (LPS or RAS)" in done.stderr
+    assert not out.exists()
+
+
 def test_wrong_usage(url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path) -> None:
     a, b = blobs
     out = tmp_path / "out"

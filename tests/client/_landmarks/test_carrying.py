@@ -52,12 +52,20 @@ def test_landmarks_far_from_the_surface_are_reported_and_missing() -> None:
     one = from_template(LandmarkSet(GIVEN.labels, far), BLOB, MAPS, 0.99, TURNED)
     assert np.isnan(one.confidence).tolist() == 3 * [False] + 3 * [True]
     assert np.isnan(one.positions[3:]).all()
-    text = remarks_on(LandmarkSet(GIVEN.labels, PLACES * 2.0), BLOB)[0]
-    assert "far from the surface, 'p" in text
+    (text,) = remarks_on(LandmarkSet(GIVEN.labels, far), BLOB)
+    assert "3 of 6 landmarks are far from the surface, 'p" in text
     assert remarks_on(GIVEN, BLOB) == ()
+
+
+def test_landmarks_that_are_all_far_or_missing_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"6 of 6 landmarks are far .*: check the unit of length"):
+        remarks_on(LandmarkSet(GIVEN.labels, PLACES * 2.0), BLOB)
+    with pytest.raises(ValueError, match="all landmarks are missing"):
+        remarks_on(LandmarkSet(GIVEN.labels, np.full_like(PLACES, np.nan)), BLOB)
     offset = np.array([4.0, 1.0, 0.0])
     wrong = LandmarkSet(GIVEN.labels, (offset + PLACES) * [-1.0, -1.0, 1.0])
-    assert "RAS" in remarks_on(wrong, moved(BLOB, offset + BLOB.vertices))[0]
+    with pytest.raises(ValueError, match="is the mesh in RAS coordinates"):
+        remarks_on(wrong, moved(BLOB, offset + BLOB.vertices))
 
 
 def restricted(along: VertexMap, vertices: npt.NDArray[np.int64]) -> VertexMap:
