@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import cast
 
 import typer
 
@@ -87,7 +86,7 @@ def run(
     picture: Path | None,
     wait: bool = True,
     page: str | None = None,
-    view: str | None = None,
+    view: View | None = None,
 ) -> None:
     """Start a job and print its result; cancel the job on Ctrl-C.
 
@@ -170,7 +169,7 @@ def finish(
     output: Path | None,
     picture: Path | None,
     alternative: int | None = None,
-    view: str | None = None,
+    view: View | None = None,
 ) -> None:
     """Wait for a job and print its result."""
     # With --json the standard error holds problem documents, without progress between them.
@@ -179,7 +178,7 @@ def finish(
         if output is not None:
             job.save(output)
         if picture is not None:
-            job.save_picture(picture, alternative=alternative, view=cast(View | None, view))
+            job.save_picture(picture, alternative=alternative, view=view)
     if as_json:
         typer.echo(result.to_json())
     elif isinstance(result, Match):

@@ -1,21 +1,24 @@
 """Arguments and options that commands share, and their checks."""
 
-import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Annotated, Any, Final, TypeVar
 
 import typer
 
 from isomatch._http import URL_VARIABLE
 from isomatch._models import StructureChoice, structure_choice
-from isomatch._operations.results import ENDINGS
+from isomatch._operations.results import ENDINGS, View
 
 _SHAPE_ID = re.compile(r"[0-9a-f]{32}")
 _PROTOTYPE_ID = re.compile(r"p-[0-9a-f]{32}")
 
+
+WEIGHT_TOLERANCE: Final = 1e-3
+"""Greatest error of a sum of weights, as in the service."""
 
 GivenT = TypeVar("GivenT", str, list[str])
 
@@ -67,8 +70,21 @@ def writable(given: Path | None) -> Path | None:
 
 
 def _permitted(given: Path) -> Path:
-    if not os.access(given if given.exists() else given.parent, os.W_OK):
-        raise typer.BadParameter(f"{str(given)!r} cannot be written: no permission")
+    """Refuse a file or a folder that cannot be written, or made."""
+    found = given.resolve()
+    try:
+        # Permissions do not tell: root has all, and /proc takes no files.
+        if found.is_dir():
+            with TemporaryFile(dir=found):
+                pass
+        elif found.is_file():
+            with found.open("ab"):
+                pass
+        elif not found.exists():
+            found.touch(exist_ok=False)
+            found.unlink()
+    except OSError as error:
+        raise typer.BadParameter(f"{str(given)!r} cannot be written: {error.strerror}") from error
     return given
 
 
@@ -228,10 +244,10 @@ WhichPicture = Annotated[
     ),
 ]
 SeenFrom = Annotated[
-    str | None,
+    View | None,
     typer.Option(
         "--view",
-        help="Side from which --picture shows a match: front, back, left, right, top or bottom.",
+        help="Side from which --picture shows a match.",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -285,29 +301,32 @@ def structure_choices(given: list[str] | None) -> list[StructureChoice]:
         raise typer.BadParameter(str(error)) from error
 
 
-def landmark_points(given: list[str] | None) -> list[int | dict[str, object]]:
-    """Return the landmarks that options name, as in ``17`` or ``4:0.2,9:0.3,7:0.5``.
+def landmark_points(given: list[str] | None) -> list[int | dict[str, Sequence[float]]]:
+    """Return the landmarks that ``--point`` names, as in ``17`` or ``4:0.2,9:0.3,7:0.5``.
 
     Raises
     ------
     typer.BadParameter
-        One is neither a vertex nor three with weights.
+        One is neither a vertex nor three with weights of sum 1.
     """
     return [_landmark_point(text) for text in given or ()]
 
 
-def _landmark_point(text: str) -> int | dict[str, object]:
-    form = "a landmark is a vertex, as in 17, or three with weights, as in 4:0.2,9:0.3,7:0.5"
+def _landmark_point(text: str) -> int | dict[str, Sequence[float]]:
     try:
-        if ":" not in text:
-            return int(text)
-        corners = [corner.split(":") for corner in text.split(",")]
-        vertices = [int(vertex) for vertex, _ in corners]
+        corners = [corner.split(":") for corner in text.split(",")] if ":" in text else []
+        vertices = [int(vertex) for vertex, _ in corners] if corners else [int(text)]
         weights = [float(weight) for _, weight in corners]
-    except ValueError as error:
-        raise typer.BadParameter(form) from error
-    if len(vertices) != 3:
-        raise typer.BadParameter(form)
+        if min(vertices) < 0 or len(weights) not in (0, 3):
+            raise ValueError
+    except ValueError:
+        form = "a landmark is a vertex, as in 17, or three with weights, as in 4:0.2,9:0.3,7:0.5"
+        raise typer.BadParameter(f"{form}, not {text}", param_hint="--point") from None
+    if not corners:
+        return vertices[0]
+    if not (min(weights) >= 0.0 and abs(sum(weights) - 1.0) <= WEIGHT_TOLERANCE):
+        message = f"the weights of {text} must not be negative, and have the sum 1"
+        raise typer.BadParameter(message, param_hint="--point")
     return {"vertices": vertices, "weights": weights}
 
 

@@ -1,6 +1,7 @@
 """``isomatch transfer``: attributes and landmarks carried along a match."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final, cast
 
@@ -21,6 +22,7 @@ from isomatch._cli.options import (
 from isomatch._cli.uploads import uploaded
 from isomatch._clients import Client
 from isomatch._http import DEFAULT_URL
+from isomatch._models import Shape
 from isomatch._results import KINDS, Direction, Element, TransferKind
 
 Along = Annotated[
@@ -95,6 +97,19 @@ READ: Final[Mapping[TransferKind, tuple[str, ...]]] = {
 """Formats of files of values; what is not here is carried without one."""
 
 
+_OF_VALUES: Final = ("--name", "--on")
+
+TAKEN: Final[Mapping[TransferKind, tuple[str, ...]]] = {
+    "scalars": _OF_VALUES,
+    "vectors": _OF_VALUES,
+    "colors": _OF_VALUES,
+    "labels": _OF_VALUES,
+    "skinning": (*_OF_VALUES, "--influences"),
+    "landmarks": ("--point",),
+}
+"""Options that a kind takes; what is not here takes none of them."""
+
+
 def transfer(
     along: Along,
     what: What,
@@ -117,10 +132,11 @@ def transfer(
     meshes, file = _along(along)
     values = None if file is None else _values_given(file, kind)
     direction: Direction = "target_to_source" if back else "source_to_target"
+    _check_options(kind, {"--point": point, "--name": name, "--on": on, "--influences": influences})
     points = landmark_points(point)
     with connected(url, as_json) as client:
         match = (
-            _matched(client, meshes, as_json)
+            _matched(client, meshes, as_json, _Carried(kind, back, file, points))
             if len(meshes) > 1
             else job_given(client, meshes[0]).id
         )
@@ -168,9 +184,45 @@ def _values_given(file: str, kind: TransferKind) -> str:
     return file
 
 
-def _matched(client: Client, meshes: list[str], as_json: bool) -> str:
+def _check_options(kind: TransferKind, given: Mapping[str, object]) -> None:
+    """Refuse options that the service would refuse once the shapes are matched."""
+    if kind == "landmarks" and not given["--point"]:
+        raise typer.BadParameter("give the landmarks, as in --point 17", param_hint="--point")
+    for option, value in given.items():
+        if value and option not in TAKEN.get(kind, ()):
+            message = f"{kind} has no such option: leave it out, or change --what"
+            raise typer.BadParameter(message, param_hint=option)
+    if kind == "skinning" and given["--on"] == "faces":
+        raise typer.BadParameter("skinning weights are of vertices", param_hint="--on")
+
+
+@dataclass(frozen=True)
+class _Carried:
+    """What is carried, from the target if `back`."""
+
+    kind: TransferKind
+    back: bool
+    file: str | None
+    points: Sequence[int | Mapping[str, Sequence[float]]]
+
+    def check(self, source: Shape, target: Shape) -> None:
+        """Refuse what the shape that it is carried from does not have."""
+        shape = target if self.back else source
+        if self.kind == "colors" and self.file is None and not shape.has_colors:
+            raise ValueError(f"{shape.name} has no colours: give a file of them")
+        for point in self.points:
+            vertex = point if isinstance(point, int) else max(point["vertices"])
+            if shape.file_vertices is not None and vertex >= shape.file_vertices:
+                raise ValueError(
+                    f"--point: {vertex} is no vertex of {shape.name}, which has"
+                    f" {shape.file_vertices:,}, counted from 0"
+                )
+
+
+def _matched(client: Client, meshes: list[str], as_json: bool, carried: _Carried) -> str:
     """Match two meshes, and return the id of the job."""
     source, target = uploaded(client, meshes, as_json)
+    carried.check(source, target)
     with cancelled_by_interrupt(
         lambda: client.match(source, target, dense=True), None, as_json
     ) as job:

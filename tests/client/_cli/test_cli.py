@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import isomatch
 import pytest
@@ -23,6 +24,7 @@ from isomatch._results import KINDS, TransferKind
 
 from broker.contracts import ATTRIBUTE_FORMATS, TransferPayload, exports_of
 from demo.stack import ROOT
+from service.transfers.schemas import TransferRequest
 from tests.client.command_line import COMMAND, run, run_process
 from tests.client.shapes import LASTING
 
@@ -251,6 +253,75 @@ def test_files_that_hold_no_such_values_are_refused_before_anything_is_sent(
     assert message in " ".join(done.stderr.replace("│", " ").split())
 
 
+@pytest.mark.parametrize(
+    ("what", "options"),
+    [
+        ("landmarks", {}),
+        ("landmarks", {"--point": "17", "--on": "faces"}),
+        ("scalars", {"--point": "17"}),
+        ("labels", {"--influences": "4"}),
+        ("texture", {"--name": "part"}),
+        ("uv", {"--on": "vertices"}),
+        ("skinning", {"--on": "faces"}),
+    ],
+)
+def test_options_that_the_service_refuses_are_refused_before_anything_is_sent(
+    blobs: tuple[Path, Path], what: str, options: dict[str, str]
+) -> None:
+    words = [word for option in options.items() for word in option]
+    done = run("transfer", *blobs, "--what", what, *words, url="http://127.0.0.1:9")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Invalid value for --" in done.stderr
+    fields: dict[str, Any] = {
+        "--point": lambda given: {"points": [int(given)]},
+        "--name": lambda given: {"names": [given]},
+        "--on": lambda given: {"on": given},
+        "--influences": lambda given: {"influences": int(given)},
+    }
+    asked: dict[str, Any] = {"match": 32 * "0", "what": what}
+    for option, given in options.items():
+        asked |= fields[option](given)
+    assert TransferRequest.model_validate(asked).contradictions
+
+
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [
+        ("5:0.5,9:0.9,7:0.5", "sum 1"),
+        ("5:1.5,9:-0.9,7:0.4", "must not be negative"),
+        ("5:nan,9:0.5,7:0.5", "sum 1"),
+        ("5:0.5,9:0.5", "a landmark is a vertex"),
+        ("-3", "a landmark is a vertex"),
+        ("nose", "a landmark is a vertex"),
+    ],
+)
+def test_wrong_points_are_refused_before_anything_is_sent(
+    blobs: tuple[Path, Path], point: str, message: str
+) -> None:
+    options = ("--what", "landmarks", f"--point={point}")
+    done = run("transfer", *blobs, *options, url="http://127.0.0.1:9")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Invalid value for --point" in done.stderr
+    assert message in " ".join(done.stderr.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--what", "colors"], "a.off has no colours"),
+        (["--what", "colors", "--back"], "b.obj has no colours"),
+        (["--what", "landmarks", "--point", "642"], "642 is no vertex of a.off, which has 642"),
+    ],
+)
+def test_what_a_shape_does_not_have_is_missed_before_it_is_matched(
+    url: str, blobs: tuple[Path, Path], options: list[str], message: str
+) -> None:
+    done = run("transfer", *blobs, *options, url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert message in done.stderr
+    assert "succeeded" not in done.stderr
+
+
 @pytest.mark.parametrize("what", KINDS)
 def test_files_of_transfers_are_those_of_the_service(what: TransferKind) -> None:
     payload = TransferPayload(
@@ -289,6 +360,7 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
         ["match", __file__, __file__, "-o", tmp_path],
         ["match", __file__, __file__, "--picture", nowhere.with_suffix(".png")],
         ["match", __file__, __file__, "--picture", tmp_path / "match.jpg"],
+        ["match", __file__, __file__, "--picture", tmp_path / "match.png", "--view", "up"],
         ["jobs", "result", "nothing", "--alternative", "1"],
         ["jobs", "list", "--of", "a.off"],
     ):
@@ -303,7 +375,7 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_written_is_refused_before_anything_is_sent(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
 ) -> None:
     mesh, other, some_id = tmp_path / "a.off", tmp_path / "b.off", 32 * "0"
     locked, taken = tmp_path / "locked", tmp_path / "taken"
@@ -313,10 +385,6 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
     locked.chmod(0o500)
     (taken / "a.mrk.json").mkdir(parents=True)
     taken.with_suffix(".png").mkdir()
-    # Root may write everywhere; others, where the mode says so.
-    monkeypatch.setattr(
-        os, "access", lambda path, mode: Path(path).stat().st_mode >> 6 & mode == mode
-    )
     files: list[list[str | Path]] = [
         ["match", mesh, mesh, "-o"],
         ["match", mesh, mesh, "--picture"],
@@ -335,17 +403,25 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
         ["landmarks", mesh, mesh, mesh, "-o"],
         ["register", mesh, mesh, "-o"],
     ]
-    for commands, wrong in (
+    refused = [
         (files, [tmp_path / "no" / "a.png", mesh / "a.png", taken.with_suffix(".png")]),
-        (files, [locked / "old.png", locked / "new.png"]),
-        (folders, [tmp_path / "no" / "where", mesh, locked, locked / "new"]),
+        (folders, [tmp_path / "no" / "where", mesh]),
         (folders[1:2], [taken]),
-    ):
+    ]
+    if sys.platform == "linux":
+        refused += [(files, [Path("/proc/a.png")]), (folders, [Path("/proc"), Path("/proc/new")])]
+    if os.name == "posix" and os.geteuid() != 0:  # root may write everywhere
+        refused += [
+            (files, [locked / "old.png", locked / "new.png"]),
+            (folders, [locked, locked / "new"]),
+        ]
+    for commands, wrong in refused:
         for command, path in itertools.product(commands, wrong):
             done = run(*command, path, url="http://127.0.0.1:9")
             assert (done.returncode, done.stdout) == (2, ""), (command, path, done.stderr)
             said = " ".join(done.stderr.replace("│", " ").split())
-            assert re.search("no folder|(is|not) a folder|no permission", said), said
+            assert re.search("no folder|(is|not) a folder|cannot be written: ", said), said
+    assert sorted(tmp_path.iterdir()) == [mesh, other, locked, taken, taken.with_suffix(".png")]
     formats = [
         (0, "a.zip", ".json, .npz, .csv, .ply, .obj, .glb or .png"),
         (0, "a.vtk", ".json, .npz, .csv, .ply, .obj, .glb or .png"),
