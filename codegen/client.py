@@ -110,7 +110,7 @@ def _option(one: Described) -> str:
         help_text += " (the default)"
     if one.limits:
         help_text += f", {one.limits}"
-        help_text += "" if one.default is None else f" [{one.default}]"
+        help_text += "" if one.default in (None, ()) else f" [{one.default}]"
     return (
         f"ParameterOption({one.name!r}, {one.kind!r}, {literal(help_text + '.')}, {one.topic!r}),"
     )

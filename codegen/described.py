@@ -80,8 +80,10 @@ class Described:
 
     @property
     def limits(self) -> str:
-        """The range in words; "" where there is none."""
+        """The range, or the greatest length, in words; "" where there is none."""
         schema = self.schema
+        if self.kind == "landmarks":
+            return f"up to {schema['maxItems']}"
         if self.kind not in ("integer", "number"):
             return ""
         most = plain(schema["maximum"])

@@ -38,7 +38,7 @@ def _values(one: Described) -> str:
     if one.values:
         return " or ".join(f"`{value}`" for value in one.values)
     if one.kind == "landmarks":
-        return f"`[[source, target], ...]`, up to {one.schema['maxItems']} pairs"
+        return f"`[[source, target], ...]`, {one.limits} pairs"
     return one.limits or {"boolean": "true or false"}.get(one.kind, one.kind)
 
 

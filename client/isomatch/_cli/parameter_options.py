@@ -26,7 +26,7 @@ MATCH: Final = (
     ),
     ParameterOption("dense", "boolean", "Extend the match to all vertices.", ""),
     ParameterOption(
-        "landmarks", "landmarks", "Pairs of vertices that are known to correspond.", ""
+        "landmarks", "landmarks", "Pairs of vertices that are known to correspond, up to 32.", ""
     ),
     ParameterOption(
         "occlusion_cost",

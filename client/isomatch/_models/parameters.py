@@ -40,7 +40,7 @@ class MatchParameters(TypedDict, total=False):
         count among `points`, and decide between symmetric solutions: one on a hand
         distinguishes left from right. A vertex that repair or `simplify` has merged into
         another is replaced by that one. With `occlusion_cost`, they may stay unmatched too. Not
-        with objective ``"linf"`` [[]].
+        with objective ``"linf"``; up to 32 [[]].
     occlusion_cost
         Cost of leaving a source point unmatched (gamma of (5)). In units of the weighted
         energy, in which a match without distortion costs 0; if left out, large enough that
