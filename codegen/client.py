@@ -5,8 +5,9 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
+from broker.contracts import catalogue
 from codegen.described import JOBS, Described, Job
-from codegen.python_source import header, literal
+from codegen.python_source import docstring, header, literal
 
 _TYPES: Final = {
     "integer": "int",
@@ -29,12 +30,13 @@ _PYTHON: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
 def parameter_types(jobs: Mapping[str, Sequence[Described]]) -> str:
     """Return the module of the keyword arguments of the client's methods."""
     imports = (
+        "from typing import Final\n\n"
         "# Pydantic reads a TypedDict of the standard library only from Python 3.12 on.\n"
         "from typing_extensions import TypedDict\n\n"
         "from isomatch._models.arguments import StructureChoice"
     )
     types = [_type(job, jobs[job.name]) for job in JOBS]
-    return "\n\n".join([header("Keyword arguments of the jobs."), imports, *types])
+    return "\n\n".join([header("Keyword arguments of the jobs."), imports, _lists(), *types])
 
 
 def command_line_options(jobs: Mapping[str, Sequence[Described]]) -> str:
@@ -48,6 +50,18 @@ def command_line_options(jobs: Mapping[str, Sequence[Described]]) -> str:
         for job in JOBS
     ]
     return "\n\n".join([header("Options of the commands that ask for jobs."), imports, *tables])
+
+
+def _lists() -> str:
+    known = catalogue()
+    lists = tuple(
+        (structure.name, one.name)
+        for structure in (*known.metrics, *known.descriptors)
+        for one in structure.parameters
+        if one.type == "numbers"
+    )
+    about = docstring("Structures and those of their parameters that are lists.")
+    return f"LISTS: Final = {lists!r}\n{about}"
 
 
 def _type(job: Job, parameters: Sequence[Described]) -> str:

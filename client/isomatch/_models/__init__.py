@@ -1,7 +1,7 @@
 """Values of the API: parameters of requests, and parts of answers."""
 
 from isomatch._models.answer import Answer, Page
-from isomatch._models.arguments import StructureChoice, check_names, structure_choice
+from isomatch._models.arguments import StructureChoice, check_names
 from isomatch._models.attributes import Attributes, AttributeSummary, SurfacePoint
 from isomatch._models.confidence import Confidence
 from isomatch._models.correspondences import (
@@ -24,6 +24,7 @@ from isomatch._models.parameters import (
 )
 from isomatch._models.refinement import RefinedPoint, Refinement
 from isomatch._models.shape import Shape
+from isomatch._models.structure_text import structure_choice
 from isomatch._models.structures import Invariance, Structure, StructureParameter, Structures
 from isomatch._models.vertex_map import VertexMap
 

@@ -65,6 +65,16 @@ def test_examples_of_structures_are_of_their_kind(name: str) -> None:
     MatchParameters.model_validate({name: structure_choice(example)})
 
 
+def test_one_number_is_a_list_where_the_parameter_is_one() -> None:
+    for text, given in (
+        ("hks:times=0.1", {"name": "hks", "times": [0.1]}),
+        ("hks:times=0.1,1", {"name": "hks", "times": [0.1, 1]}),
+        ("wks:sigma=7", {"name": "wks", "sigma": 7}),
+    ):
+        assert structure_choice(text) == given
+        MatchParameters.model_validate({"descriptor": given})
+
+
 @pytest.mark.parametrize("command", [*PANELS, "transfer"])
 def test_examples_are_accepted(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
