@@ -135,11 +135,11 @@ def start_job(
     sent: dict[str, object] = {**body, **parameters}
     if webhook is not None:
         sent["webhook"] = webhook
-    headers = {"idempotency-key": uuid4().hex if key is None else _checked(key)}
+    headers = {"idempotency-key": uuid4().hex if key is None else _key_given(key)}
     return parsed(JobRecord, (yield from send(Call("POST", path, body=sent, headers=headers))))
 
 
-def _checked(key: str) -> str:
+def _key_given(key: str) -> str:
     """Refuse a key that the service would refuse, or that no header can have."""
     if not isinstance(key, str):
         raise TypeError(f"idempotency_key must be a text, not {type(key).__name__}")

@@ -180,8 +180,8 @@ def test_refusals_name_the_field_and_what_to_do(url: str, folder: Path) -> None:
         assert "body.points: " in said
         said = await refused("match", source="0" * 32, target="b.obj")
         assert "Upload the files again" in said
-        said = await refused("picture", job="../../v1/shapes")
-        assert "Upload" in said
+        assert "Upload" in await refused("picture", job="0" * 32)
+        assert "is no id" in await refused("picture", job="../../v1/shapes")
         exists = {"source": "a.off", "target": "b.obj", "save_to": "a.off"}
         assert "overwritten" in await refused("match", **exists)
 
