@@ -62,7 +62,13 @@ def given(upload: Upload) -> tuple[str, list[str]]:
 @pytest.fixture(scope="module")
 def job(http: httpx2.Client, given: tuple[str, list[str]]) -> Json:
     template, specimens = given
-    body = {"template": template, "shapes": specimens}
+    names = [f"specimen{number}.ply" for number in range(3)]
+    body = {
+        "template": template,
+        "template_name": "template.ply",
+        "shapes": specimens,
+        "names": [*names, None],
+    }
     found = ended(http, http.post("/v1/registrations", json=body))
     assert found["state"] == "succeeded", found
     return found
