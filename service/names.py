@@ -1,11 +1,11 @@
 """Ids and names as requests give them."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import PureWindowsPath
-from typing import Annotated, Final
+from typing import Annotated, Final, TypeVar
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationInfo
 
 ID_PATTERN: Final = r"^[0-9a-zA-Z_-]{1,64}$"
 """Ids of shapes, prototypes and jobs."""
@@ -39,28 +39,34 @@ ShapeName = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidat
 """The name of a shape in a result."""
 
 
-def one_for_each(
-    what: str, given: Sequence[object] | None, others: str, items: Sequence[object] | None
-) -> None:
-    """Refuse a list in a request that has not an entry for each item of another.
+ListT = TypeVar("ListT", bound=Sequence[object] | None)
+
+
+def one_for_each(what: str, others: str) -> Callable[[ListT, ValidationInfo], ListT]:
+    """Return a validator of a list that is to have an entry for each item of an earlier field.
 
     Parameters
     ----------
-    what, given
-        Name of an entry, and the list; None if it was left out.
-    others, items
-        Name of the items, and these; None if they are invalid themselves.
+    what
+        Name of an entry, such as "name".
+    others
+        Name of an item, such as "shape", of the field "shapes".
 
-    Raises
-    ------
-    ValueError
-        The lists differ in length.
+    Returns
+    -------
+    Raises ValueError where the lists differ in length, unless the earlier one is invalid itself.
     """
-    if given is not None and items is not None and len(given) != len(items):
-        raise ValueError(
-            f"Input should have a {what} for each {others}: there are {len(given)} {what}s and"
-            f" {len(items)} {others}s"
-        )
+
+    def validate(given: ListT, info: ValidationInfo) -> ListT:
+        items = info.data.get(f"{others}s")
+        if given is not None and items is not None and len(given) != len(items):
+            raise ValueError(
+                f"Input should have a {what} for each {others}: there are {len(given)} {what}s and"
+                f" {len(items)} {others}s"
+            )
+        return given
+
+    return validate
 
 
 def base_name(path: str) -> str:

@@ -1,6 +1,6 @@
 """Requests to match one source with many targets, and the matches known while they run."""
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from broker.contracts import MOST_TARGETS, BatchMatch, JobState
 from service.matches import SourceRequest
@@ -43,13 +43,7 @@ class BatchRequest(SourceRequest):
         " they are stored under.",
     )
 
-    @field_validator("target_names")
-    @classmethod
-    def _one_for_each(
-        cls, names: tuple[str | None, ...] | None, info: ValidationInfo
-    ) -> tuple[str | None, ...] | None:
-        one_for_each("name", names, "target", info.data.get("targets"))
-        return names
+    _named = field_validator("target_names")(one_for_each("name", "target"))
 
 
 class BatchProgress(BaseModel):

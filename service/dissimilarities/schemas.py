@@ -2,7 +2,7 @@
 
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator
 
 from broker.contracts import MOST_SHAPES, DissimilarityParameters, JobState
 from service.jobs import JobRequest
@@ -58,21 +58,9 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
         " they are stored under.",
     )
 
-    @field_validator("labels")
-    @classmethod
-    def _label_for_each(
-        cls, labels: tuple[str, ...] | None, info: ValidationInfo
-    ) -> tuple[str, ...] | None:
-        one_for_each("label", labels, "shape", info.data.get("shapes"))
-        return labels
+    _labelled = field_validator("labels")(one_for_each("label", "shape"))
 
-    @field_validator("names")
-    @classmethod
-    def _name_for_each(
-        cls, names: tuple[str | None, ...] | None, info: ValidationInfo
-    ) -> tuple[str | None, ...] | None:
-        one_for_each("name", names, "shape", info.data.get("shapes"))
-        return names
+    _named = field_validator("names")(one_for_each("name", "shape"))
 
     def parameters(self) -> DissimilarityParameters:
         """Return the parameters of the comparison alone."""

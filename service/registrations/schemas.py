@@ -1,6 +1,6 @@
 """Requests to register a template to specimens."""
 
-from pydantic import ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
 from broker.contracts import MOST_SPECIMENS
 from service.jobs import JobRequest
@@ -57,10 +57,4 @@ class RegistrationRequest(JobRequest):
         description="Take the largest component of a shape that has several, instead of the whole.",
     )
 
-    @field_validator("names")
-    @classmethod
-    def _name_for_each(
-        cls, names: tuple[str | None, ...] | None, info: ValidationInfo
-    ) -> tuple[str | None, ...] | None:
-        one_for_each("name", names, "shape", info.data.get("shapes"))
-        return names
+    _named = field_validator("names")(one_for_each("name", "shape"))
