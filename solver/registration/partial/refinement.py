@@ -98,7 +98,7 @@ class RefinedPart:
         rest = rest.resting_at(candidate.scale * surfaces[0].mesh.vertices)
         known = SurfaceMap.of(*surfaces, candidate.alignment, reflected=False)
         images = known.images()
-        covered = covered_by_part(known, images, known.inverse())
+        covered = covered_by_part(known, images, known.inverse()[0], candidate.scale)
         if not entire:
             covered = largest_patch(surfaces[0], covered)
         displaced, images = known.refined(rest.drawing(covered), control)
@@ -114,8 +114,8 @@ class RefinedPart:
     def covered(self) -> BoolArray:
         """(V,) vertices of the whole that have a partner."""
         if self.entire:
-            return covered_by_part(self.displaced, self.images, self.back)
-        return covered_by_overlap(self.displaced, self.images, self.back, self.scale)
+            return covered_by_part(self.displaced, self.images, self.back[0], self.scale)
+        return covered_by_overlap(self.displaced, self.images, self.back[0], self.scale)
 
     @cached_property
     def part_covered(self) -> BoolArray:
