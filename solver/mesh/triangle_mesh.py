@@ -104,6 +104,12 @@ class TriangleMesh:
         return self.face_edges.ends
 
     @cached_property
+    def mean_edge(self) -> float:
+        """Mean length of the edges, in the user's units."""
+        ends = self.vertices[self.edges]
+        return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
+
+    @cached_property
     def closed(self) -> bool:
         """Whether the surface has no boundary: every edge belongs to two faces or more."""
         return not len(self.face_edges.boundary)

@@ -1,7 +1,6 @@
 """Results of consistent maps: the improvement, its document, and the maps as arrays."""
 
 import io
-from collections.abc import Collection as Container
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -179,7 +178,7 @@ def _pair_report(
     pair: Pair,
     given: PairwiseMap | str,
     improved: ImprovedCollection,
-    doubtful: Container[Pair],
+    doubtful: frozenset[Pair],
 ) -> CollectionPair:
     source, target = pair
     unmapped = CollectionPair(

@@ -151,7 +151,7 @@ def m_best_solutions(
         raise ValueError("m must be at least 1")
     control = control or Control()
     control.check()
-    if not has_solutions(problem):
+    if not _has_solutions(problem):
         return Enumeration.empty(problem)
     own = ReparametrisedCosts.of(problem)
     best = _incumbents(problem, own, m, known)
@@ -174,7 +174,7 @@ def m_best_solutions(
     return Enumeration(partners, energies, bound, nodes, ended.status, kept)
 
 
-def has_solutions(problem: LabellingProblem) -> bool:
+def _has_solutions(problem: LabellingProblem) -> bool:
     """Whether all points have partners of their own, or may be left unmatched.
 
     A search needs exponential time to find out; a maximum matching tells at once.

@@ -3,7 +3,6 @@
 import numpy as np
 
 from solver.arrays import BoolArray, IntArray
-from solver.mesh import TriangleMesh
 from solver.mesh.repair import components_of
 from solver.registration.lacking import RETURN_DISTANCE, inside
 from solver.registration.surface import SmoothSurface
@@ -78,13 +77,8 @@ def _near(known: SurfaceMap, scale: float) -> float:
     vertices, more of what is near a cut has partners, and draws the whole: errors of scanned parts
     and halves are 2 to 10 % more.
     """
-    edges = _mean_edge(known.source.mesh), _mean_edge(known.target.mesh) / scale
-    return max(RETURN_DISTANCE, *edges)
-
-
-def _mean_edge(mesh: TriangleMesh) -> float:
-    ends = mesh.vertices[mesh.edges]
-    return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
+    whole, part = known.source.mesh, known.target.mesh
+    return max(RETURN_DISTANCE, whole.mean_edge, part.mean_edge / scale)
 
 
 def largest_patch(surface: SmoothSurface, covered: BoolArray) -> BoolArray:

@@ -64,6 +64,14 @@ def test_genus_is_the_number_of_handles_whatever_the_holes(mesh: TriangleMesh, g
     assert mesh.genus == genus
 
 
+def test_the_mean_edge_of_a_corner_of_a_cube() -> None:
+    corner = triangle_mesh(
+        np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2]]),
+        np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]),
+    )
+    assert corner.mean_edge == pytest.approx(1.0 + np.sqrt(2.0))
+
+
 def test_edges_are_unique_and_sorted() -> None:
     edges = shapes.cube().edges
     assert (edges[:, 0] < edges[:, 1]).all()
