@@ -73,6 +73,10 @@ def triple_costs(rows: IntArray, points: IntArray, tables: Sequence[FloatArray])
     tables
         Of each triple, finite costs >= 0 with an axis for the candidates of each of its points.
 
+    Returns
+    -------
+    Costs of the triples of which every point has candidates; the others cost nothing.
+
     Raises
     ------
     ValueError
@@ -92,6 +96,8 @@ def triple_costs(rows: IntArray, points: IntArray, tables: Sequence[FloatArray])
             raise ValueError("a triple needs a cost for every three candidates of its points")
         if not (np.isfinite(table) & (table >= 0.0)).all():
             raise ValueError("costs of triples must be finite and not negative")
+    costly = np.array([table.size > 0 for table in tables], dtype=np.bool_)
+    points, tables = points[costly], [table for table in tables if table.size]
     first = np.concatenate([[0], np.cumsum([table.size for table in tables])]).astype(np.int64)
     costs = np.concatenate([np.empty(0), *(np.ravel(table) for table in tables)])
     return TripleCosts(points, rows.astype(np.int64), first, costs, _containing(points, n))

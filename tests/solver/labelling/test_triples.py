@@ -59,6 +59,18 @@ def test_some_of_the_candidates_have_the_same_energies() -> None:
     assert some.energy(partners) == pytest.approx(problem.energy(partners))
 
 
+def test_a_point_without_candidates_has_no_triples() -> None:
+    problem = with_triples(metric_instance(5, 5, 1, occlusion_cost=0.5), 1)
+    kept = np.flatnonzero(problem.candidates[:, 0] != 2)
+    some = problem.among(kept)
+    assert 2 in problem.triples.points
+    assert some.triples.points.tolist() == [
+        triple for triple in problem.triples.points.tolist() if 2 not in triple
+    ]
+    partners = np.array([0, 1, UNMATCHED, 3, 4])
+    assert some.energy(partners) == pytest.approx(problem.energy(partners))
+
+
 @pytest.mark.parametrize(
     ("points", "change", "message"),
     [

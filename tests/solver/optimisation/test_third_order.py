@@ -77,6 +77,22 @@ def test_bound_of_the_dual_decomposition(subproblems: Subproblems, gamma: float)
         assert found.lower_bound <= optimum + 1e-12 <= found.value + 2e-12
 
 
+def test_points_without_candidates_have_no_triple_subproblems() -> None:
+    """Candidates of two points are excluded, as a reduction of the problem does."""
+    for seed in range(3):
+        problem = instance(6, 6, seed, noise=1.0, occlusion_cost=0.4)
+        kept = np.flatnonzero(~np.isin(problem.candidates[:, 0], [0, 4]))
+        reduced = problem.among(kept)
+        state = DualDecomposition(reduced).init()
+        method = DualDecomposition(reduced)
+        for _ in range(20):
+            state = method.step(state)
+        costs = state.reparametrised_costs()
+        for energy, partners in all_solutions(reduced):
+            chosen = reduced.chosen_candidates(np.array(partners))
+            assert total(costs, chosen) <= energy + 1e-9
+
+
 def test_third_order_costs_raise_the_bound() -> None:
     """Triples alone cost something: the bound with pairs of source points is above zero."""
     for seed in range(3):
