@@ -1,6 +1,9 @@
-"""Array types of the solver."""
+"""Array types of the solver, and archives of arrays."""
 
-from typing import TypeAlias
+import io
+import zipfile
+from collections.abc import Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -19,3 +22,28 @@ IndexArray: TypeAlias = npt.NDArray[np.uint32]
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 """boolean array; the docstring that uses it gives the shape."""
+
+
+def npz_bytes(
+    arrays: Mapping[str, npt.NDArray[Any]], compression: int = zipfile.ZIP_DEFLATED
+) -> bytes:
+    """Return arrays as the bytes of an ``.npz`` file without pickled objects.
+
+    Parameters
+    ----------
+    arrays
+        By name. Unlike those of :func:`numpy.savez`, names may be ``file`` or ``allow_pickle``.
+    compression
+        As of :class:`zipfile.ZipFile`.
+
+    Raises
+    ------
+    ValueError
+        An array has Python objects.
+    """
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", compression) as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, values, allow_pickle=False)
+    return stream.getvalue()

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from solver.arrays import npz_bytes
 from solver.errors import OptionError, PrototypeError
 from solver.matching import MAX_POINTS, MIN_POINTS
 from solver.prototype.mixtures import GaussianMixtures
@@ -88,9 +89,7 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
         arrays["left_out_energies"] = prototype.left_out_energies
     for place, surface in enumerate(prototype.surfaces):
         arrays |= _surface_arrays(f"surface{place}", surface)
-    stream = io.BytesIO()
-    np.savez_compressed(stream, allow_pickle=False, **arrays)
-    return stream.getvalue()
+    return npz_bytes(arrays)
 
 
 def prototype_from_bytes(data: bytes) -> Prototype:

@@ -1,10 +1,11 @@
 """Results of consistent maps: the improvement, its document, and the maps as arrays."""
 
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from broker.contracts import (
     CollectionPair,
@@ -12,7 +13,7 @@ from broker.contracts import (
     ConsistentMapsPayload,
     ConsistentMapsResult,
 )
-from solver.arrays import IntArray
+from solver.arrays import IntArray, npz_bytes
 from solver.consistency import DOUBTFUL, Consistency, ImprovedMap, images_of, improve
 from solver.control import Control
 from solver.registration import Confidence, DenseCorrespondence
@@ -237,16 +238,14 @@ def _arrays(
     `shapes` (N,) ids; `map_I_J` (V_I,) int64 for each mapped pair, both ways: row v is the vertex
     of the file of shape J that vertex v of the file of shape I goes to, -1 if v is not matched.
     """
-    arrays: dict[str, IntArray] = {}
+    arrays: dict[str, npt.NDArray[Any]] = {"shapes": np.array(payload.shapes)}
     for (i, j), one in collection.maps.items():
         replaced = improved.replaced((i, j))
         dense = one.dense if replaced is None else replaced.dense
         assert dense.inverse is not None
         arrays[f"map_{i}_{j}"] = _rows_of_file(dense)
         arrays[f"map_{j}_{i}"] = _rows_of_file(dense.inverse)
-    stream = io.BytesIO()
-    np.savez_compressed(stream, allow_pickle=False, shapes=np.array(payload.shapes), **arrays)
-    return stream.getvalue()
+    return npz_bytes(arrays)
 
 
 def _rows_of_file(dense: DenseCorrespondence) -> IntArray:

@@ -1,12 +1,11 @@
 """Results of comparing a collection: the document, and the same as arrays."""
 
-import io
 from collections.abc import Mapping
 
 import numpy as np
 
 from broker.contracts import NEIGHBOURS, DissimilaritiesPayload, DissimilarityResult
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, npz_bytes
 from solver.similarity import RetrievalScores, rankings, retrieval_scores
 
 _DIGITS = 9
@@ -80,9 +79,7 @@ def arrays_of(result: DissimilarityResult, values: FloatArray) -> bytes:
         arrays["names"] = np.array(result.names)
     if result.labels is not None:
         arrays["labels"] = np.array(result.labels)
-    stream = io.BytesIO()
-    np.savez_compressed(stream, allow_pickle=False, **arrays)
-    return stream.getvalue()
+    return npz_bytes(arrays)
 
 
 def _warnings(scores: RetrievalScores | None) -> tuple[str, ...]:

@@ -1,13 +1,12 @@
 """Results of matches: the document, and the same as arrays."""
 
 import gzip
-from io import BytesIO
 
 import numpy as np
 
 from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, MatchSummary, is_prototype
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, npz_bytes
 from solver.gmds import GmdsRefinement
 from solver.matching import Correspondence, GromovHausdorff, Match, Overlap, SampleProof, relation
 from solver.mesh import TriangleMesh
@@ -117,9 +116,7 @@ def arrays_of(result: MatchResult) -> bytes:
         points = result.refinement.points
         arrays["refined_vertices"] = np.array([one.vertices for one in points], dtype=np.int64)
         arrays["refined_weights"] = np.array([one.weights for one in points], dtype=np.float64)
-    stream = BytesIO()
-    np.savez_compressed(stream, allow_pickle=False, **arrays)
-    return stream.getvalue()
+    return npz_bytes(arrays)
 
 
 def summary_of(result: MatchResult) -> MatchSummary:

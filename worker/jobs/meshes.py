@@ -1,6 +1,7 @@
 """Stored meshes: as bytes, from the store, simplified and cached."""
 
 import io
+import zipfile
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy.typing as npt
 
 from broker.contracts import SpectrumKey, SpectrumParameters, spectrum_key
 from broker.store import Shapes, Store
-from solver.arrays import IntArray
+from solver.arrays import IntArray, npz_bytes
 from solver.mesh import TriangleMesh, largest_component, simplified
 from worker.jobs.failures import ShapeGone
 
@@ -19,20 +20,18 @@ def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
 
     A mesh that can be uploaded takes less than the largest value of Redis.
     """
-    stream = io.BytesIO()
-    np.savez(
-        stream,
-        vertices=mesh.vertices,
-        faces=_compact(mesh.faces),
-        vertex_ids=_compact(mesh.vertex_ids),
-        colors=np.empty((0, 3)) if mesh.colors is None else mesh.colors,
-        warnings=np.array(mesh.warnings, dtype=np.str_),
-        merged=_compact(mesh.merged),
-        face_ids=np.empty(0) if mesh.face_ids is None else _compact(mesh.face_ids),
-        file_rows=np.array(mesh.file_rows or (), dtype=np.int64),
-        is_cloud=np.array(mesh.is_cloud),
-    )
-    return stream.getvalue()
+    arrays = {
+        "vertices": mesh.vertices,
+        "faces": _compact(mesh.faces),
+        "vertex_ids": _compact(mesh.vertex_ids),
+        "colors": np.empty((0, 3)) if mesh.colors is None else mesh.colors,
+        "warnings": np.array(mesh.warnings, dtype=np.str_),
+        "merged": _compact(mesh.merged),
+        "face_ids": np.empty(0) if mesh.face_ids is None else _compact(mesh.face_ids),
+        "file_rows": np.array(mesh.file_rows or (), dtype=np.int64),
+        "is_cloud": np.array(mesh.is_cloud),
+    }
+    return npz_bytes(arrays, zipfile.ZIP_STORED)
 
 
 def mesh_from_bytes(data: bytes) -> TriangleMesh:

@@ -1,6 +1,5 @@
 """Registration of a template to specimens."""
 
-import io
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from broker.contracts import (
     SpecimenReport,
 )
 from solver import matching
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, npz_bytes
 from solver.control import Control
 from solver.errors import MeshError, OptionError
 from solver.matching import Match, MatchOptions
@@ -240,17 +239,15 @@ def _arrays(
     registered templates, row i of vertex i of the template's file; `mean` (W, 3); `components`
     (C, W, 3); `variances` (C,); `explained` (C,); `scores` (M, C).
     """
-    stream = io.BytesIO()
-    np.savez_compressed(
-        stream,
-        allow_pickle=False,
-        shapes=np.array(shapes),
-        faces=mesh.vertex_ids[mesh.faces],
-        positions=rows_of_file(mesh, positions),
-        mean=rows_of_file(mesh, statistics.mean),
-        components=rows_of_file(mesh, statistics.components),
-        variances=statistics.variances,
-        explained=statistics.explained,
-        scores=statistics.scores,
+    return npz_bytes(
+        {
+            "shapes": np.array(shapes),
+            "faces": mesh.vertex_ids[mesh.faces],
+            "positions": rows_of_file(mesh, positions),
+            "mean": rows_of_file(mesh, statistics.mean),
+            "components": rows_of_file(mesh, statistics.components),
+            "variances": statistics.variances,
+            "explained": statistics.explained,
+            "scores": statistics.scores,
+        }
     )
-    return stream.getvalue()

@@ -7,6 +7,7 @@ conditions at boundaries; the mass matrix is lumped.
 """
 
 import io
+import zipfile
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +15,7 @@ import robust_laplacian
 import scipy.linalg
 import scipy.sparse as sp
 
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, npz_bytes
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh
 from solver.shape.laplacian.eigensolver import smallest_eigenpairs
@@ -100,14 +101,12 @@ class Spectrum:
 
     def to_bytes(self) -> bytes:
         """Return the spectrum as the bytes of an ``.npz`` file, without loss."""
-        stream = io.BytesIO()
-        np.savez(
-            stream,
-            eigenvalues=self.eigenvalues,
-            eigenfunctions=self.eigenfunctions,
-            mass=self.mass,
-        )
-        return stream.getvalue()
+        arrays = {
+            "eigenvalues": self.eigenvalues,
+            "eigenfunctions": self.eigenfunctions,
+            "mass": self.mass,
+        }
+        return npz_bytes(arrays, zipfile.ZIP_STORED)
 
     @classmethod
     def from_bytes(cls, data: bytes) -> "Spectrum":

@@ -4,7 +4,7 @@ A column of an attribute of several is called ``NAME.COLUMN``, as in ``flow.x`` 
 ``weights.LeftArm``; those of colours ``red``, ``green``, ``blue`` and ``alpha``.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -68,7 +68,11 @@ def to_columns(attributes: Sequence[Attribute]) -> dict[str, Column]:
     return columns
 
 
-def renamed(columns: Mapping[str, Column], taken: Collection[str]) -> dict[str, Column]:
+def renamed(
+    columns: Mapping[str, Column],
+    taken: Collection[str],
+    spelling: Callable[[str], str] = str,
+) -> dict[str, Column]:
     """Return columns whose names differ from those that are taken: an underscore is appended.
 
     Parameters
@@ -77,10 +81,12 @@ def renamed(columns: Mapping[str, Column], taken: Collection[str]) -> dict[str, 
         By name.
     taken
         Names that a format has for its own.
+    spelling
+        Returns a name as the format can write it; several names may become one.
     """
     found: dict[str, Column] = {}
     for name, values in columns.items():
-        own = name
+        own = spelling(name)
         while own in taken or own in found or (own != name and own in columns):
             own += "_"
         found[own] = values

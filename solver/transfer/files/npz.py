@@ -8,8 +8,10 @@ from typing import Any, BinaryIO, Final
 import numpy as np
 import numpy.typing as npt
 
+from solver.arrays import npz_bytes
 from solver.errors import TransferError
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
+from solver.transfer.files.columns import renamed
 from solver.transfer.files.limits import MOST_COLUMNS, MOST_VALUES, check_size, colors_in_range
 
 _JOINTS: Final = "joints"
@@ -49,14 +51,17 @@ def read_npz(data: bytes) -> list[Attribute]:
 
 
 def write_npz(attributes: Sequence[Attribute]) -> bytes:
-    """Return attributes as an archive that :func:`read_npz` reads, without loss."""
+    """Return attributes as an archive that :func:`read_npz` reads, without loss.
+
+    An attribute that is called as an array of the format is gets another name (:func:`.renamed`).
+    """
     arrays = {one.name: one.values for one in attributes}
+    own = (_JOINTS, _JOINT_NAMES) if WEIGHTS_NAME in arrays else (_JOINT_NAMES,)
+    arrays = renamed(arrays, own)
     for one in attributes:
         if one.name == WEIGHTS_NAME and one.columns:
             arrays[_JOINT_NAMES] = np.array(one.columns, dtype=np.str_)
-    stream = io.BytesIO()
-    np.savez_compressed(stream, allow_pickle=False, **arrays)
-    return stream.getvalue()
+    return npz_bytes(arrays)
 
 
 def dense_weights(

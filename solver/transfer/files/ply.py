@@ -94,8 +94,7 @@ def write_ply(surface: WrittenSurface) -> bytes:
 def _columns(attributes: Sequence[Attribute], comments: list[str]) -> dict[str, npt.NDArray[Any]]:
     """Values by the name of their property, and comments added for text."""
     columns: dict[str, npt.NDArray[Any]] = {}
-    named = {"_".join(name.split()): values for name, values in to_columns(attributes).items()}
-    for written, values in renamed(named, _RESERVED).items():
+    for written, values in renamed(to_columns(attributes), _RESERVED, _spelling).items():
         if values.dtype.kind == "U":
             texts, values = np.unique(values, return_inverse=True)
             shown = (" ".join(text.split()) for text in texts.tolist())
@@ -104,6 +103,11 @@ def _columns(attributes: Sequence[Attribute], comments: list[str]) -> dict[str, 
             ]
         columns[written] = _stored(written, values)
     return columns
+
+
+def _spelling(name: str) -> str:
+    """Return a name as a word of ASCII, as those of properties are."""
+    return "_".join(name.split()).encode("ascii", errors="replace").decode("ascii")
 
 
 def _fields(columns: Mapping[str, npt.NDArray[Any]]) -> list[tuple[str, np.dtype[Any]]]:

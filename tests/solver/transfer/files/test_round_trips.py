@@ -15,7 +15,7 @@ from solver.errors import TransferError
 from solver.mesh import read_mesh, triangle_mesh
 from solver.mesh.formats import read_glb_with
 from solver.transfer import FACES, VERTICES, Attribute
-from solver.transfer.files import WrittenSurface, read_attributes
+from solver.transfer.files import WrittenSurface, read_attributes, write_npz
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.solver.transfer.files.written import write_attributes
@@ -248,6 +248,29 @@ def test_attributes_called_as_what_a_file_has_itself(file_type: str) -> None:
     for one, name in zip(found, called, strict=True):
         assert one.name.rstrip("_") == name.rstrip("_")
         assert (one.name != name) == (name in own)
+
+
+@pytest.mark.parametrize("called", [("file", "allow_pickle", "joint_names"), ("weights", "joints")])
+def test_archives_have_attributes_of_any_name(called: tuple[str, ...]) -> None:
+    given_table = [Attribute(name, np.arange(3) + row) for row, name in enumerate(called)]
+    found = read_attributes(write_npz(given_table), "npz")
+    assert [one.values.tolist() for one in found] == [one.values.tolist() for one in given_table]
+    own = {"joint_names": "joint_names_", "joints": "joints_"}
+    assert [one.name for one in found] == [own.get(name, name) for name in called]
+
+
+def test_joints_alone_keep_their_name() -> None:
+    (found,) = read_attributes(write_npz([Attribute("joints", np.arange(3))]), "npz")
+    assert found.name == "joints"
+
+
+def test_properties_of_ply_differ_where_names_are_alike_in_ascii() -> None:
+    called = ("ä", "ö", "?", "left arm", "left_arm")
+    given_table = [Attribute(name, np.arange(3) + row) for row, name in enumerate(called)]
+    data = write_attributes(given_table, "ply", WrittenSurface.of(TRIANGLE, given_table))
+    found = read_attributes(data, "ply")
+    assert [one.values.tolist() for one in found] == [one.values.tolist() for one in given_table]
+    assert len({one.name for one in found}) == len(called)
 
 
 @pytest.mark.parametrize("text", ["vertex,a\n2,7\n0,5\n1,6\n", "a\n5\n6\n7\n", "a\r\n5\r\n6\r\n7"])
