@@ -15,7 +15,7 @@ from solver.matching import MatchOptions
 from solver.shape import Shape
 from worker.jobs.consistent_map_results import Collection, Pair, PairwiseMap, consistent_maps_of
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ShapeGone, TimeUp, UnusableShape, attributed_to, none_usable
+from worker.jobs.failures import SHAPE_FAILURES, TimeUp, attributed_to, none_usable, reason_of
 from worker.jobs.matches import load_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
@@ -84,10 +84,8 @@ def _shapes(payload: ConsistentMapsPayload, context: JobContext) -> list[Shape |
             loaded = load_shape(field, shape, payload, context, control)
             with attributed_to(field):
                 found.append(loaded.shape(payload.parameters))
-        except UnusableShape as error:
-            found.append(error.field.message)
-        except ShapeGone as error:
-            found.append(str(error))
+        except SHAPE_FAILURES as error:
+            found.append(reason_of(error))
     return found
 
 

@@ -11,7 +11,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from rq.timeouts import JobTimeoutException
 
@@ -167,6 +167,15 @@ class TooLarge(Exception):
             f"The spectrum of {vertices} vertices takes {needed / 2**30:.2g} GiB of memory, and a"
             f" job has {left / 2**30:.2g} GiB left; give `simplify`, for fewer vertices."
         )
+
+
+SHAPE_FAILURES: Final = (UnusableShape, ShapeGone, TooLarge)
+"""Failures of one of several shapes, without which a job of a collection goes on."""
+
+
+def reason_of(error: Exception) -> str:
+    """Return the reason why one of several shapes failed, for the report on that shape."""
+    return error.field.message if isinstance(error, UnusableShape) else str(error)
 
 
 class TimeUp(Exception):

@@ -26,7 +26,7 @@ from solver.templates import (
     shape_statistics,
 )
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ShapeGone, TimeUp, UnusableShape, none_usable
+from worker.jobs.failures import SHAPE_FAILURES, TimeUp, UnusableShape, none_usable, reason_of
 from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.options import options_of
@@ -171,10 +171,8 @@ def _registered(
             return _TIME_UP if control.expired else "its surface could not be registered"
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
         return _Registered(found, registered, specimen.mesh.relative_boundary)
-    except UnusableShape as error:
-        return error.field.message
-    except (MeshError, OptionError, ShapeGone) as error:
-        return str(error)
+    except (*SHAPE_FAILURES, MeshError, OptionError) as error:
+        return reason_of(error)
 
 
 def _probability(one: _Registered) -> float | None:

@@ -1,5 +1,7 @@
 """Limits of a job's memory and time, and the worker after a job exceeds them."""
 
+import gzip
+import json
 import os
 import subprocess
 import sys
@@ -8,15 +10,19 @@ from pathlib import Path
 import pytest
 
 from broker.contracts import (
+    ConsistentMapsPayload,
     JobRecord,
     JobState,
     MatchParameters,
     MatchPayload,
+    Payload,
+    RegistrationPayload,
     SpectrumKey,
     shape_id,
 )
-from broker.queue import JobQueue, QueueSettings
+from broker.queue import JobQueue, QueueSettings, new_job
 from broker.store import Store
+from tests.worker.families import family
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
 from worker.settings import WorkerSettings
@@ -138,6 +144,33 @@ def test_a_job_beyond_the_memory_limit_fails_alone(queue: JobQueue) -> None:
         assert "10242 vertices" in refused.error.detail
         assert "`simplify`" in refused.error.detail
         assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
+
+
+@linux
+def test_a_shape_beyond_the_memory_limit_is_left_out_of_a_collection(queue: JobQueue) -> None:
+    """Its spectrum alone would take 125 MiB."""
+    files = [*family(2), blob_file(5)]
+    first, second, large = map(shape_id, files)
+    parameters = MatchParameters(points=12, coarse_points=6, dense=True)
+    payloads: dict[str, Payload] = {
+        "specimens": RegistrationPayload(
+            template=first, shapes=(second, large), scale=True, parameters=parameters
+        ),
+        "shapes": ConsistentMapsPayload(shapes=(first, second, large), parameters=parameters),
+    }
+    with worker(queue, ISOMATCH_JOB_MEMORY_MB="110"):
+        for data in files:
+            assert ended(queue, validation(queue, data)).state is JobState.SUCCEEDED
+        for reported, payload in payloads.items():
+            record = ended(queue, queue.submit(new_job(payload)).id)
+            assert record.state is JobState.SUCCEEDED, record.error
+            packed = queue.store.results.document(record.id)
+            assert packed is not None
+            document = json.loads(gzip.decompress(packed))
+            reports = {one["shape"]: one["reason"] for one in document[reported]}
+            assert "10242 vertices" in reports[large]
+            assert "`simplify`" in reports[large]
+            assert reports[second] is None
 
 
 def test_a_job_beyond_the_time_limit_fails_alone(store: Store) -> None:
