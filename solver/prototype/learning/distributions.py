@@ -51,11 +51,12 @@ def learn_distributions(
     samples = seen.samples
     control.report("mixtures of distances", 0.8)
     distances = {
-        one: _learn_distances(one, samples[one], options) for one in dict.fromkeys(seen.metrics)
+        one: _learn_distances(one, samples[one], options, control)
+        for one in dict.fromkeys(seen.metrics)
     }
     control.report("mixtures of descriptors", 0.93)
     fields = {
-        one: _learn_descriptors(one, samples[one], options)
+        one: _learn_descriptors(one, samples[one], options, control)
         for one in dict.fromkeys(seen.descriptors)
     }
     first, length = seen.examples[0], mean_size(seen.examples)
@@ -74,7 +75,7 @@ def learn_distributions(
 
 
 def _learn_distances(
-    metric: MetricChoice, samples: FloatArray, options: PrototypeOptions
+    metric: MetricChoice, samples: FloatArray, options: PrototypeOptions, control: Control
 ) -> LearnedDistances:
     """Fit a mixture to the distances of every pair of points."""
     size = float(np.sqrt((samples**2).mean())) or 1.0
@@ -85,6 +86,7 @@ def _learn_distances(
         floor,
         select=options.select_components,
         seed=options.seed,
+        control=control,
     )
     widest = float(samples.max()) or 1.0  # the background is uniform up to twice this distance
     background = float(np.log(_BACKGROUND_SHARE / (2.0 * widest)))
@@ -92,7 +94,7 @@ def _learn_distances(
 
 
 def _learn_descriptors(
-    descriptor: DescriptorChoice, samples: FloatArray, options: PrototypeOptions
+    descriptor: DescriptorChoice, samples: FloatArray, options: PrototypeOptions, control: Control
 ) -> LearnedDescriptors | None:
     """Fit a mixture to the descriptor of every point, along its discriminant axes."""
     if isinstance(descriptor, NoDescriptor) or samples.shape[2] == 0:
@@ -109,6 +111,7 @@ def _learn_descriptors(
         diagonal=True,
         select=options.select_components,
         seed=options.seed,
+        control=control,
     )
     spread = coordinates.reshape(-1, axes.shape[1]).std(axis=0)
     # The peak of a Gaussian twice as wide as the distribution of all points and examples.

@@ -42,6 +42,7 @@ def fit_mixtures(
     diagonal: bool = False,
     select: bool = False,
     seed: int = 0,
+    control: Control | None = None,
 ) -> Fit:
     """Fit a Gaussian mixture to each of many data sets.
 
@@ -61,17 +62,25 @@ def fit_mixtures(
         (BIC).
     seed
         Of the random starts.
+    control
+        Cancels; past its deadline, the fits are those of fewer iterations.
 
     Returns
     -------
     Fit
         Independent of the order of samples up to rounding.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
     """
+    control = control or Control()
     most = max(min(components, samples.shape[1] // 2), 1)
     tried = range(1, most + 1) if select else [most]
     best: Fit | None = None
     for count in tried:
-        fit = _fit_from_starts(samples, count, floor, diagonal, seed)
+        fit = _fit_from_starts(samples, count, floor, diagonal, seed, control)
         if best is None:
             best = fit.padded(components)
             continue
@@ -83,7 +92,12 @@ def fit_mixtures(
 
 
 def _fit_from_starts(
-    samples: FloatArray, components: int, floor: FloatArray, diagonal: bool, seed: int
+    samples: FloatArray,
+    components: int,
+    floor: FloatArray,
+    diagonal: bool,
+    seed: int,
+    control: Control,
 ) -> Fit:
     ordered = _in_order(samples)
     best: Fit | None = None
@@ -94,7 +108,8 @@ def _fit_from_starts(
             else _spread_centres(ordered, components, np.random.default_rng([seed, start]))
         )
         started = initial_mixtures(ordered, centres, floor, diagonal)
-        fit = _pruned(ordered, fit_from(ordered, started, floor, diagonal), floor, diagonal)
+        fit = fit_from(ordered, started, floor, diagonal, control)
+        fit = _pruned(ordered, fit, floor, diagonal, control)
         best = best.best_of(fit, fit.log_likelihood > best.log_likelihood) if best else fit
     assert best is not None
     return best
@@ -158,7 +173,11 @@ def initial_mixtures(
 
 
 def fit_from(
-    samples: FloatArray, start: GaussianMixtures, floor: FloatArray, diagonal: bool
+    samples: FloatArray,
+    start: GaussianMixtures,
+    floor: FloatArray,
+    diagonal: bool,
+    control: Control,
 ) -> Fit:
     """Fit mixtures by expectation maximisation until their likelihoods converge.
 
@@ -170,9 +189,16 @@ def fit_from(
         B mixtures.
     floor, diagonal
         Of the covariances.
+    control
+        Cancels; past its deadline no further iteration begins.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
     """
     method = _ExpectationMaximisation(samples, start, floor, diagonal)
-    state = iterate(method, _MAX_ITERATIONS, Control()).state
+    state = iterate(method, _MAX_ITERATIONS, control).state
     found = GaussianMixtures(state.weights, state.means, state.covariances)
     return Fit(found, found.log_density(samples).sum(axis=1))
 
@@ -298,7 +324,9 @@ def _floored(covariances: FloatArray, floor: FloatArray, diagonal: bool) -> Floa
     return raised
 
 
-def _pruned(samples: FloatArray, fit: Fit, floor: FloatArray, diagonal: bool) -> Fit:
+def _pruned(
+    samples: FloatArray, fit: Fit, floor: FloatArray, diagonal: bool, control: Control
+) -> Fit:
     """Drop components of less than one sample, the smallest of each data set first, and refit."""
     while True:
         weights = fit.mixtures.weights.copy()
@@ -311,4 +339,4 @@ def _pruned(samples: FloatArray, fit: Fit, floor: FloatArray, diagonal: bool) ->
         left = weights[rows] / weights[rows].sum(axis=1, keepdims=True)
         old = fit.mixtures.chosen(rows)
         start = GaussianMixtures(left, old.means, old.covariances)
-        fit = fit.replaced(rows, fit_from(samples[rows], start, floor, diagonal))
+        fit = fit.replaced(rows, fit_from(samples[rows], start, floor, diagonal, control))

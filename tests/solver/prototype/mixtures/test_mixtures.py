@@ -8,6 +8,8 @@ from scipy.stats import multivariate_normal, norm
 from sklearn.mixture import GaussianMixture
 
 from solver.arrays import FloatArray
+from solver.control import Control
+from solver.errors import Cancelled
 from solver.prototype.mixtures import GaussianMixtures, fit_from, fit_mixtures, initial_mixtures
 from solver.prototype.mixtures.expectation_maximisation import maximisation
 
@@ -124,7 +126,7 @@ def test_the_likelihood_never_falls_and_covariances_stay_above_the_floor(
     steps = [start]
     for _ in range(5):
         steps.append(stepped(steps[-1], samples, floor, diagonal))
-    fit = fit_from(samples, start, floor, diagonal)
+    fit = fit_from(samples, start, floor, diagonal, Control())
     likelihoods = np.array([one.log_density(samples).sum(axis=1) for one in steps])
     rounding = 1e-8 * np.abs(likelihoods[1:])
     assert (np.diff(likelihoods, axis=0) >= -rounding).all()
@@ -165,6 +167,14 @@ def test_a_single_sample_has_the_floor_as_its_variance() -> None:
     assert fit.mixtures.log_density(np.array([[[3.2]]]))[0, 0] == pytest.approx(
         norm.logpdf(3.2, 3.0, 0.2)
     )
+
+
+def test_a_fit_can_be_cancelled_while_it_is_iterated() -> None:
+    checks = iter([False] * 5)
+    control = Control(is_cancelled=lambda: next(checks, True))
+    with pytest.raises(Cancelled):
+        fit_mixtures(two_bumps(200), 3, np.array([_NO_FLOOR]), control=control)
+    assert next(checks, None) is None
 
 
 def test_the_information_criterion_chooses_as_many_components_as_there_are() -> None:
