@@ -6,6 +6,7 @@ INRIA RR-7333, 2010.
 """
 
 import hashlib
+from collections.abc import Iterable
 from typing import Annotated, Final, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -14,6 +15,7 @@ from broker.contracts import solver_options as solver
 from broker.contracts.catalogue import choice, choices
 from broker.contracts.spectra import SpectrumKey
 from broker.contracts.strict import Topic
+from broker.contracts.structure_choices import Eigenfunctions
 from broker.contracts.structures import Choice
 from broker.contracts.vertices import Landmark
 
@@ -158,11 +160,9 @@ class MatchParameters(solver.MatchOptions):
     @property
     def spectrum_size(self) -> int:
         """Eigenpairs that are computed of each shape, and kept: no less than any part needs."""
-        return (
-            max(self.eigenpairs, solver.REGISTRATION_EIGENPAIRS)
-            if self.registered
-            else self.eigenpairs
-        )
+        registered = solver.REGISTRATION_EIGENPAIRS if self.registered else 0
+        described = _eigenpairs(self.descriptors) if self.first_order_weight > 0.0 else 0
+        return max(self.eigenpairs, registered, described)
 
 
 class DissimilarityParameters(solver.SimilarityOptions):
@@ -196,7 +196,8 @@ class DissimilarityParameters(solver.SimilarityOptions):
     @property
     def spectrum_size(self) -> int:
         """Eigenpairs that are computed of each shape."""
-        return self.eigenpairs
+        described = _eigenpairs(self.descriptors) if self.first_order_weight > 0.0 else 0
+        return max(self.eigenpairs, described)
 
     def signature_name(self, key: SpectrumKey) -> str:
         """Return the name of a signature in the cache: all that it depends on, without `points`.
@@ -253,9 +254,14 @@ class PrototypeParameters(PrototypeStructures, solver.PrototypeOptions):
     @property
     def spectrum_size(self) -> int:
         """Eigenpairs that are computed of each shape."""
-        return self.eigenpairs
+        return max(self.eigenpairs, _eigenpairs(self.descriptors))
 
     @property
     def largest_component(self) -> bool:
         """Whether the largest of several components is meant: examples are taken whole."""
         return False
+
+
+def _eigenpairs(descriptors: Iterable[Choice]) -> int:
+    """Eigenpairs that descriptors need, beside those that every shape has."""
+    return max((1 + one.count for one in descriptors if isinstance(one, Eigenfunctions)), default=0)

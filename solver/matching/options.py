@@ -6,10 +6,12 @@ from typing import Self
 from solver.errors import OptionError
 from solver.labelling import L2, LINF
 from solver.parameters import ParameterSet, parameter
+from solver.registration import EIGENPAIRS
 from solver.shape.choices import (
     DESCRIPTORS,
     METRICS,
     DescriptorChoice,
+    Eigenfunctions,
     MetricChoice,
     all_chosen,
     descriptor_choice,
@@ -324,3 +326,10 @@ class MatchOptions(ParameterSet):
         described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
         compared = described or self.third_order > 0.0
         return self.registered or compared or any(d.spectral for d in self.metrics)
+
+    @property
+    def least_eigenpairs(self) -> int:
+        """Eigenpairs that registration and the descriptors need of each shape, at least."""
+        described = self.descriptors if self.first_order_weight > 0.0 else ()
+        counts = [1 + f.count for f in described if isinstance(f, Eigenfunctions)]
+        return max(EIGENPAIRS if self.registered else 0, *counts, 0)

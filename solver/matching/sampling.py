@@ -72,7 +72,8 @@ def sample(
         if options.needs_spectrum:
             for name, shape in ("source", source), ("target", target):
                 control.report(f"spectrum of the {name}", 0.0)
-                shape.spectrum()
+                # All parts take theirs from the greatest: what is larger is computed anew.
+                shape.spectrum(max(shape.eigenpairs, options.least_eigenpairs))
     with control.stage("structures"):
         landmarks = landmark_vertices(options.landmarks, source.mesh, target.mesh)
         sizes = level_sizes(source.n_vertices, target.n_vertices, options)

@@ -133,6 +133,20 @@ def test_an_extension_has_eigenpairs_enough() -> None:
         assert refining.spectrum_size == refined
 
 
+@pytest.mark.parametrize(("weight", "size"), [(0.5, 101), (0.0, 100)])
+def test_descriptors_have_eigenpairs_enough(weight: float, size: int) -> None:
+    """The constant eigenfunction is not counted."""
+    descriptor: Any = {"name": "eigenfunctions", "count": 100}
+    given: Any = {"descriptor": descriptor, "first_order_weight": weight}
+    for parameters in MatchParameters(**given), DissimilarityParameters(**given):
+        assert parameters.spectrum_size == size
+    parameters = MatchParameters(**given)
+    needed = options_of(MatchOptions, parameters).least_eigenpairs
+    assert max(parameters.eigenpairs, needed) == size
+    few = PrototypeParameters(descriptor=descriptor, eigenpairs=50)
+    assert few.spectrum_size == 101
+
+
 @pytest.mark.parametrize(
     ("filename", "file_type"),
     [
