@@ -112,6 +112,7 @@ def level_sizes(max_sources: int, max_targets: int, options: MatchOptions) -> li
     Returns
     -------
     List of (N, M) with N <= M, N growing by at most the level factor up to the points asked for.
+    M does not fall: the target samples of a level begin those of the next.
     """
     most = min(max_sources, max_targets)
     if options.objective == LINF:
@@ -122,7 +123,8 @@ def level_sizes(max_sources: int, max_targets: int, options: MatchOptions) -> li
     sizes = [(points, min(int(np.ceil(_COARSE_OVERSAMPLING * points)), max_targets))]
     while points < min(options.points, most):
         points = min(points * options.level_factor, options.points, most)
-        sizes.append((points, min(points * options.oversampling, max_targets)))
+        targets = min(points * options.oversampling, max_targets)
+        sizes.append((points, max(targets, sizes[-1][1])))
     return sizes
 
 

@@ -1,5 +1,7 @@
 """Levels and the way a correspondence is refined from one to the next (4.1)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,6 +41,12 @@ def test_levels_have_no_more_points_than_the_shapes() -> None:
         (32, 42),
         (42, 42),
     ]
+
+
+def test_targets_do_not_fall_from_level_to_level() -> None:
+    options = MatchOptions(points=20, oversampling=1)
+    assert level_sizes(642, 642, options) == [(8, 12), (16, 16), (20, 20)]
+    assert level_sizes(642, 642, replace(options, points=9)) == [(8, 12), (9, 12)]
 
 
 def test_the_energy_scales_as_documented(levels: list[Level]) -> None:

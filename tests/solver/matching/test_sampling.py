@@ -4,11 +4,18 @@ import numpy as np
 import pytest
 
 from solver.control import Control
-from solver.matching import MatchOptions
+from solver.matching import MatchOptions, match
 from solver.matching.sampling import sample
 from solver.shape import Shape
 from solver.shape.choices import Eigenfunctions
 from tests.solver import shapes
+
+
+@pytest.mark.parametrize("metric", [("geodesic",), ("diffusion", "geodesic")])
+def test_as_many_target_as_source_samples_are_matched(metric: tuple[str, ...]) -> None:
+    source, target = Shape(shapes.blob(1)), Shape(shapes.blob(2))
+    options = MatchOptions(points=9, metric=metric, oversampling=1, orientation=False)
+    assert len(match(source, target, options).best.source) == 9
 
 
 @pytest.mark.parametrize(
