@@ -19,7 +19,7 @@ from solver.consistency.paths import probable_paths
 from solver.control import Control
 from solver.registration import Confidence, DenseCorrespondence, Registration
 from solver.registration.choice import FINE, Candidate, Task, choose, mapped, ranked
-from solver.registration.confidence import confidence_of
+from solver.registration.confidence import SURE, confidence_of
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
@@ -181,7 +181,9 @@ def _better(
         return None
     alone = confidence_of(chosen.fit, abs(direct.fit.score - chosen.fit.score))
     # It is right if all maps of the path are.
-    confidence = replace(alone, probability=max(alone.probability, probability))
+    surest = max(alone.probability, probability)
+    reasons = alone.reasons if surest < SURE else ()
+    confidence = replace(alone, probability=surest, reasons=reasons)
     dense = Registration.of(source, target, chosen, confidence).dense(control)
     return ImprovedMap(path, dense, confidence, chosen.fit.score, direct.fit.score)
 

@@ -9,6 +9,7 @@ from solver.consistency import Consistency, improve
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import CLASSES, articulated, correspondence
+from tests.solver.shapes import icosphere
 
 Pair = tuple[int, int]
 
@@ -67,6 +68,26 @@ def test_a_map_that_exchanges_the_sides_is_put_right(
     for pair, images in truth.items():
         if pair not in ((0, 1), (1, 0)):
             assert found.maps.images[pair] is images
+
+
+def uneven(seed: int) -> Shape:
+    """An ellipsoid with waves that are different from shape to shape."""
+    sphere = icosphere(3)
+    waves = np.cos(3.0 * sphere.vertices @ np.random.default_rng(seed).normal(size=(3, 4)))
+    heights = 1.0 + 1.5 * waves.mean(axis=1)
+    return Shape(triangle_mesh(sphere.vertices * heights[:, None] * [1.0, 1.4, 2.0], sphere.faces))
+
+
+def test_a_map_is_not_in_doubt_where_those_of_its_path_are_sure() -> None:
+    """By their surfaces alone the shapes hardly fit one another."""
+    shapes, sphere = [uneven(seed) for seed in range(3)], icosphere(3).vertices
+    same = np.arange(len(sphere))
+    turned: IntArray = np.asarray(KDTree(sphere).query(sphere * [-1.0, -1.0, 1.0])[1])
+    pairs = [(0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)]
+    maps = dict.fromkeys(pairs, same) | {(0, 1): turned, (1, 0): np.argsort(turned)}
+    confidence = improved(shapes, maps, {(0, 1): 0.2}).improved[0, 1].confidence
+    assert confidence.probability == pytest.approx(0.95**2)
+    assert confidence.reasons == ()
 
 
 def test_maps_that_are_sure_stay_as_they_are(
