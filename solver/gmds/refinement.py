@@ -92,13 +92,14 @@ def refine_by_gmds(
     Cancelled
         Through `control`.
     """
+    control = control or Control()
     source, target = registration.source, registration.target
     in_space = EmbeddedMetric(source.surface.vertices)
     between = farthest_point_sampling(in_space, min(_POINTS, source.n_vertices)).indices
     moving = np.concatenate([matched, between[~np.isin(between, matched)]])
     moving = moving[: max(_POINTS, len(matched))]
     near = _geodesic_term(source, target, moving)
-    start = SurfacePoints.at_vertices(target.surface, registration.images(moving))
+    start = SurfacePoints.at_vertices(target.surface, registration.images(moving, control))
     before = near.stress(start)
     first = gmds([near], start, iterations=_SWEEPS, control=control)
     terms = near, _diffusion_term(source, target, moving)

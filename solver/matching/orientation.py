@@ -102,9 +102,9 @@ def orient(
         found = register(source, target, starts, part, landmarks, rematch=rematch)
     if found is None:
         return replace(unchanged, warnings=("the shapes have too few vertices to be registered",))
-    apart = [_distance(target, one.vertices(levels[-1]), found) for one in hypotheses]
+    apart = [_distance(target, one.vertices(levels[-1]), found, control) for one in hypotheses]
     nearest = int(np.argmin(apart))
-    missed = _contradictions(target, landmarks, found)
+    missed = _contradictions(target, landmarks, found, control)
     if missed:
         found = replace(found, confidence=found.confidence.against_landmarks())
     warnings = (
@@ -115,7 +115,7 @@ def orient(
     if options.objective == LINF:
         return replace(unchanged, registration=found, place=nearest, warnings=warnings)
     if apart[nearest] > _AGREE:
-        distances = _distances_from_images(target, found, levels[0])
+        distances = _distances_from_images(target, found, levels[0], control)
         with control.stage(STAGE):
             further = hypothesis_from_map(levels, distances, hypotheses, options.rho, control)
         hypotheses, nearest = [*hypotheses, further], len(hypotheses)
@@ -170,28 +170,32 @@ def _landmarks(level: Level) -> Points:
     return level.source.vertices[:count], level.target.vertices[:count]
 
 
-def _distance(target: Shape, points: Points, found: Registration) -> float:
+def _distance(target: Shape, points: Points, found: Registration, control: Control) -> float:
     """Mean distance in space of partners from images, over √area."""
     here, there = points
     if not len(here):
         return np.inf
     positions = target.surface.vertices
-    apart = positions[found.images(here)] - positions[there]
+    apart = positions[found.images(here, control)] - positions[there]
     return float(np.linalg.norm(apart, axis=1).mean()) / target.size
 
 
-def _contradictions(target: Shape, landmarks: Points, found: Registration) -> tuple[str, ...]:
+def _contradictions(
+    target: Shape, landmarks: Points, found: Registration, control: Control
+) -> tuple[str, ...]:
     here, there = landmarks
     if not len(here):
         return ()
     positions = target.surface.vertices
-    return contradictions(positions[found.images(here)], positions[there], target.size)
+    return contradictions(positions[found.images(here, control)], positions[there], target.size)
 
 
-def _distances_from_images(target: Shape, found: Registration, coarse: Level) -> FloatArray:
+def _distances_from_images(
+    target: Shape, found: Registration, coarse: Level, control: Control
+) -> FloatArray:
     """(N, M) distances in space from images of coarse source samples to coarse target samples."""
     positions = target.surface.vertices
-    images = positions[found.images(coarse.source.vertices)]
+    images = positions[found.images(coarse.source.vertices, control)]
     samples = positions[coarse.target.vertices]
     distances: FloatArray = np.linalg.norm(images[:, None] - samples[None], axis=2)
     return distances
@@ -209,7 +213,7 @@ def _place(
     first = hypotheses[0]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
         control.report("points of the map", 0.8)
-        images: IntArray = found.images(finest.source.vertices)
+        images: IntArray = found.images(finest.source.vertices, control)
         wider = add_target_samples(source, target, finest, images)
         placed = match_near_images(target, wider, images)
     if placed is None:

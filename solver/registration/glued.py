@@ -8,7 +8,7 @@ ones hardly do. The best are refined, and chosen from, as those of whole surface
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
@@ -58,16 +58,32 @@ class OpenedCandidate:
     openings: tuple[Opening, Opening]
     candidate: Candidate
     reflected: bool = False
+    _images: list[IntArray] = field(default_factory=list, init=False, repr=False)
+    """Those of all vertices of what is left of the source, once they are known."""
 
-    def images(self, vertices: IntArray) -> IntArray:
+    def images(self, vertices: IntArray, control: Control) -> IntArray:
         """(S,) vertices of the whole target that S vertices of the whole source go to.
 
         Where eigenfunctions alone tear pieces off, as the end of a limb that goes to another, they
         are the nearest ones next to those that the refinement on few vertices gives.
         Vertices that are left out follow those next to them.
+
+        Parameters
+        ----------
+        vertices
+            (S,) of the source.
+        control
+            May cancel; past its deadline, less is refined. Only the first call refines.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
         """
         ours, theirs = self.openings
-        found: IntArray = theirs.vertices[self._images[ours.places[vertices]]]
+        if not self._images:
+            self._images.append(self._untorn(control))
+        found: IntArray = theirs.vertices[self._images[0][ours.places[vertices]]]
         return found
 
     def vertex_maps(self) -> VertexMaps:
@@ -123,15 +139,14 @@ class OpenedCandidate:
         task = self.task
         return SurfaceMap.of(task.source, task.target, self.candidate.alignment, self.reflected)
 
-    @cached_property
-    def _images(self) -> IntArray:
+    def _untorn(self, control: Control) -> IntArray:
         """(V,) vertices of what is left of the target that those of the source go to."""
         images, task = self._map.images(), self.task
         off = torn_off(task.source.mesh, task.positions[images])
         if off.mean() < LEAST_TORN_OFF:
             return images
         try:
-            refined = mend(self.on_few(Control()), Control(), FEWER_ROUNDS)
+            refined = mend(self.on_few(control), control, FEWER_ROUNDS)
         except MeshError:
             return images
         ours, theirs = (reduction(one.shape, FEW_VERTICES) for one in self.openings)
@@ -183,7 +198,7 @@ def search_opened(
         return None
     positions = smooth_surface(theirs.shape).mesh.vertices
     every = np.arange(ours.shape.n_vertices)
-    rows = distinct(positions[one.images(every)] for one, _ in refined)
+    rows = distinct(positions[one.images(every, control)] for one, _ in refined)
     confidence = refined_confidence(
         confidence_in([refined[row][0].candidate for row in rows], control),
         fit,

@@ -100,9 +100,22 @@ class Registration:
         """Score of the chosen candidate's fit; the less, the better."""
         return self.candidate.fit.score
 
-    def images(self, vertices: IntArray) -> IntArray:
-        """(S,) target vertices that S source vertices go to, refined where they are torn."""
-        return self.opened.images(vertices)
+    def images(self, vertices: IntArray, control: Control) -> IntArray:
+        """(S,) target vertices that S source vertices go to, refined where they are torn.
+
+        Parameters
+        ----------
+        vertices
+            (S,) of the source.
+        control
+            May cancel; past its deadline, less is refined. Only the first call refines.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        """
+        return self.opened.images(vertices, control)
 
     def share_lacking(self, control: Control, *, of_source: bool) -> float:
         """Share of the area of X that Y lacks, or of Y that X lacks, by this registration.

@@ -106,14 +106,14 @@ def map_points(
         if registration is None:
             continue
         found.append((registration, surface))
-        images.append((np.arange(len(surface.points)), registration.images(surface.points)))
+        images.append((np.arange(len(surface.points)), registration.images(surface.points, part)))
     if not found:
         return None
     best, surface = min(found, key=lambda one: one[0].score)
     probability = best.confidence.probability
     if probability < LIKELY:
         return None
-    return MappedPoints(best.images(surface.points), probability, surface)
+    return MappedPoints(best.images(surface.points, control), probability, surface)
 
 
 def _own_matches(source: Shape, target: Shape, control: Control) -> Iterator[Points]:

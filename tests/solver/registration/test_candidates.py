@@ -47,6 +47,6 @@ def test_hollow_bodies_with_unlike_holes_are_matched_as_they_lie_in_space() -> N
     turned = Shape(target.with_same_faces(vertices=target.vertices @ turn))
     found = register(Shape(source), turned, (), Control())
     assert found is not None
-    images = found.images(np.arange(source.n_vertices))
+    images = found.images(np.arange(source.n_vertices), Control())
     apart = np.linalg.norm(target.vertices[images] - source.vertices, axis=1) / turned.unit
     assert apart.mean() < 0.02

@@ -86,7 +86,7 @@ def test_a_body_of_many_vertices_is_opened_on_fewer(
 
 def error_of(found: OpenedCandidate, body: Shape, with_glue: Transformed) -> float:
     here = np.flatnonzero(with_glue.kept)
-    images = with_glue.mesh.vertices[found.images(here)]
+    images = with_glue.mesh.vertices[found.images(here, Control())]
     errors = np.linalg.norm(images - body.mesh.vertices[here], axis=1) / np.sqrt(body.mesh.area)
     return float(errors.mean())
 

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
+from solver.errors import Cancelled
 from solver.mesh import triangle_mesh
 from solver.registration import Registration, register
 from solver.registration.candidates import first_pairs
@@ -62,7 +63,7 @@ def standing() -> Registration:
     found = register(shape, shape, [], Control())
     assert found is not None
     np.testing.assert_array_equal(
-        found.images(np.arange(shape.n_vertices)), np.arange(shape.n_vertices)
+        found.images(np.arange(shape.n_vertices), Control()), np.arange(shape.n_vertices)
     )
     return found
 
@@ -110,4 +111,6 @@ def test_sparse_images_are_refined_where_eigenfunctions_exchange_feet(
     found = Registration.of(
         standing.source, standing.target, replace(known, alignment=wrong), standing.confidence
     )
-    assert errors(found.images(foot)).mean() < 0.05
+    with pytest.raises(Cancelled):
+        found.images(foot, Control(is_cancelled=lambda: True))
+    assert errors(found.images(foot, Control())).mean() < 0.05

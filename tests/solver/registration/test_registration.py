@@ -44,7 +44,7 @@ def test_a_shape_is_registered_to_itself(blob: Shape) -> None:
     everywhere = np.arange(blob.n_vertices)
     np.testing.assert_array_equal(dense.source, everywhere)
     np.testing.assert_array_equal(dense.target, everywhere)
-    np.testing.assert_array_equal(found.images(everywhere[::7]), everywhere[::7])
+    np.testing.assert_array_equal(found.images(everywhere[::7], Control()), everywhere[::7])
     assert not found.reflected
     assert found.confidence.probability > 0.99
 
@@ -176,7 +176,7 @@ def test_landmarks_between_left_and_right_do_not_mean_the_mirror_image(seed: int
     found = register(source, target, [], Control(), (here, truth[here]))
     assert found is not None
     assert not found.reflected
-    images = found.images(np.arange(source.n_vertices))
+    images = found.images(np.arange(source.n_vertices), Control())
     errors = np.linalg.norm(
         target.surface.vertices[images] - target.surface.vertices[truth], axis=1
     )
