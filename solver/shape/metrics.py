@@ -78,8 +78,8 @@ class GeodesicMetric:
     def distances(self, sources: IntArray) -> FloatArray:
         """(S, V) distances from (S,) vertices to all; one search per uncached source."""
         found = np.empty((len(sources), self.n_vertices))
-        for row, source in zip(found, sources, strict=True):
-            row[:] = self._row(int(source))
+        for place in self._known_first(sources):
+            found[place] = self._row(int(sources[place]))
         return found
 
     def between(self, points: IntArray) -> FloatArray:
@@ -89,9 +89,13 @@ class GeodesicMetric:
         methods tend to overestimate.
         """
         found = np.empty((len(points), len(points)))
-        for row, point in zip(found, points, strict=True):
-            row[:] = self._row(int(point))[points]
+        for place in self._known_first(points):
+            found[place] = self._row(int(points[place]))[points]
         return np.minimum(found, found.T)
+
+    def _known_first(self, points: IntArray) -> list[int]:
+        """Places of points, those of cached rows first: new rows would take their room."""
+        return sorted(range(len(points)), key=lambda place: int(points[place]) not in self._cache)
 
     def _row(self, source: int) -> FloatArray:
         row = self._cache.pop(source, None)

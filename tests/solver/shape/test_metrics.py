@@ -215,6 +215,20 @@ def test_geodesic_searches_are_not_repeated() -> None:
     np.testing.assert_array_equal(between, fresh.between(sampling.indices))
 
 
+def test_of_more_rows_than_are_kept_those_kept_are_not_searched_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh = shapes.blob()
+    monkeypatch.setattr("solver.shape.metrics._CACHED_BYTES", 8 * 8 * mesh.n_vertices)
+    counted = Counted(GeodesicGraph(mesh))
+    metric = GeodesicMetric(counted)
+    points = np.arange(20) * 30
+    metric.between(points[:10])
+    between = metric.between(points)
+    assert len(counted.sources) == 10 + 12
+    np.testing.assert_array_equal(between, GeodesicMetric(GeodesicGraph(mesh)).between(points))
+
+
 def test_geodesic_distances_kept_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = shapes.blob()
     monkeypatch.setattr("solver.shape.metrics._CACHED_BYTES", 3 * 8 * mesh.n_vertices)
