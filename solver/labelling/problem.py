@@ -228,6 +228,8 @@ class LabellingProblem:
         targets = partners[matched]
         if len(np.unique(targets)) != len(targets):
             raise ValueError("a target point is used twice")
+        if ((targets < 0) | (targets >= self.n_targets)).any():
+            raise ValueError("a matched pair is not a candidate")
         wanted = np.arange(self.n_sources) * self.n_targets + partners
         place = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
         if matched.any() and (

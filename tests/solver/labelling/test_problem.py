@@ -74,7 +74,13 @@ def test_a_perfect_copy_costs_nothing() -> None:
 
 @pytest.mark.parametrize(
     ("partners", "message"),
-    [([0, 0, 1], "used twice"), ([2, 1, 0], "not a candidate")],
+    [
+        ([0, 0, 1], "used twice"),
+        ([2, 1, 0], "not a candidate"),
+        # Numbered on, they would be candidates of the point before or after.
+        ([3, 1, 2], "not a candidate"),
+        ([0, -2, -1], "not a candidate"),
+    ],
 )
 def test_impossible_correspondences_are_refused(partners: list[int], message: str) -> None:
     candidates = np.array([[0, 0], [0, 1], [1, 0], [1, 1], [2, 1], [2, 2]])
