@@ -68,7 +68,6 @@ def test_energy_does_not_depend_on_the_numbering(seed: int) -> None:
 
 def test_a_perfect_copy_costs_nothing() -> None:
     problem = metric_instance(6, 6, 3, noise=0.0, unary=0.0)
-    assert min(problem.energy(np.roll(np.arange(6), shift)) for shift in range(6)) >= 0.0
     assert all_solutions(problem)[0][0] == pytest.approx(0.0, abs=1e-20)
 
 
