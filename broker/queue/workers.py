@@ -18,6 +18,9 @@ WORKER_TIMEOUT: Final = timedelta(seconds=30)
 _SAMPLE: Final = 8
 """Workers of which one is alive, unless hardly any is."""
 
+_NEXT: Final = 200
+"""Jobs at the front of a queue, of which the oldest is sought."""
+
 
 def worker_states(client: Redis) -> list[str]:
     """Return the state of each live worker, such as ``idle`` or ``busy``.
@@ -51,17 +54,15 @@ def _states(client: Redis, names: Iterable[str]) -> list[str]:
     ]
 
 
-def longest_wait(queues: Sequence[Queue], most: int = 200) -> float:
+def longest_wait(queues: Sequence[Queue]) -> float:
     """Return the seconds for which the oldest of the next jobs has waited; 0 if none waits.
 
     Parameters
     ----------
     queues
         The queues.
-    most
-        Number of jobs at the front of each that are looked at.
     """
-    waiting = [job for queue in queues for job in queue.get_job_ids(0, most)]
+    waiting = [job for queue in queues for job in queue.get_job_ids(0, _NEXT)]
     with queues[0].connection.pipeline(transaction=False) as pipe:
         for job in waiting:
             pipe.hget(Job.key_for(job), "enqueued_at")

@@ -196,6 +196,6 @@ DESCRIPTORS: dict[str, type[DescriptorChoice]] = {
 """The descriptors by name, "none" included."""
 
 
-def descriptor_choice(given: DescriptorChoice | str, field: str = "descriptor") -> DescriptorChoice:
+def descriptor_choice(given: DescriptorChoice | str) -> DescriptorChoice:
     """Return a descriptor; for a name, the one with default parameters: see :func:`.chosen`."""
-    return chosen(given, DESCRIPTORS, field)
+    return chosen(given, DESCRIPTORS, "descriptor")

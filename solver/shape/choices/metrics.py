@@ -111,6 +111,6 @@ METRICS: dict[str, type[MetricChoice]] = {
 """The metrics that can be chosen, by name."""
 
 
-def metric_choice(given: MetricChoice | str, field: str = "metric") -> MetricChoice:
+def metric_choice(given: MetricChoice | str) -> MetricChoice:
     """Return a metric; for a name, the one with default parameters: see :func:`.chosen`."""
-    return chosen(given, METRICS, field)
+    return chosen(given, METRICS, "metric")
