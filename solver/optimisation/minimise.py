@@ -15,15 +15,13 @@ from solver.arrays import IntArray
 from solver.control import Control, Status, iterate
 from solver.labelling import CERTIFIED_GAP, LabellingProblem, Method, Solution
 from solver.optimisation.dual_decomposition import DualDecomposition, DualState, Subproblems
-from solver.optimisation.exact import Enumeration, m_best_solutions
+from solver.optimisation.exact import FEW_POINTS, Enumeration, m_best_solutions
 from solver.optimisation.primal import (
     IteratedLocalSearch,
     improved,
     solve_lap,
 )
 
-_FEW_POINTS = 16
-"""Source points up to which a problem counts as small."""
 _FEW_ROUNDS, _ROUNDS = 4, 40
 """Rounds of the dual ascent, of small and of larger problems."""
 _WORK_PER_SECOND = 600_000_000
@@ -127,7 +125,7 @@ def _search_first(
     if count > _SEARCH_CANDIDATES or control.expired:
         nothing = np.empty((0, problem.n_sources), dtype=np.int64), np.empty(0)
         return Enumeration(*nothing, -np.inf, 0, Status.DEADLINE, np.arange(count))
-    rounds = _FEW_ROUNDS if problem.n_sources <= _FEW_POINTS else _ROUNDS
+    rounds = _FEW_ROUNDS if problem.n_sources <= FEW_POINTS else _ROUNDS
     work = count * (1 + _PER_TRIPLE * len(problem.triples.points))
     limit = int(seconds * _WORK_PER_SECOND) // work
     return m_best_solutions(problem, known=start, rounds=rounds, node_limit=limit, control=control)
@@ -180,13 +178,13 @@ def _local_searches(problem: LabellingProblem, gap: float, iterations: int) -> i
     the fault of the correspondence.
     """
     anywhere = 2 * problem.n_candidates >= problem.n_sources * problem.n_targets
-    doubtful = anywhere and problem.n_sources > _FEW_POINTS and gap > _WIDE_GAP
+    doubtful = anywhere and problem.n_sources > FEW_POINTS and gap > _WIDE_GAP
     return int((_MANY_SEARCHES if doubtful else _FEW_SEARCHES) * iterations)
 
 
 def _searchable(problem: LabellingProblem, gap: float) -> bool:
     """Return whether an exact search with the decomposition's costs may succeed."""
-    few = problem.n_sources <= _FEW_POINTS
+    few = problem.n_sources <= FEW_POINTS
     return problem.n_candidates <= _SEARCH_CANDIDATES and (few or gap <= _SEARCH_GAP)
 
 

@@ -8,8 +8,8 @@ from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
 from solver.labelling import NO_TRIPLES, LabellingProblem, TripleCosts
 
-_ROUNDING = 1e-12
-"""Allowance for rounding errors of a bound, relative to it."""
+ROUNDING = 1e-12
+"""Allowance for rounding errors of bounds and of costs that were moved, relative to them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class ReparametrisedCosts:
         -------
         (V',) ascending.
         """
-        rounding = _ROUNDING * (1.0 + abs(limit))
+        rounding = ROUNDING * (1.0 + abs(limit))
         if np.isinf(limit) or self.pairwise.min(initial=0.0) < -rounding:
             return np.arange(len(self.unary))
         least = _least_with_each(self.unary, self.pairwise, self.occlusion, rows)

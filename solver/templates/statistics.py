@@ -71,12 +71,6 @@ class ShapeStatistics:
         total = self.total_variance
         return self.variances / total if total > 0.0 else np.zeros_like(self.variances)
 
-    def deformed(self, component: int, deviations: float) -> FloatArray:
-        """(V, 3) mean shape moved along a component by so many standard deviations."""
-        step = deviations * np.sqrt(self.variances[component])
-        moved: FloatArray = self.mean + step * self.components[component]
-        return moved
-
 
 def generalised_procrustes(positions: FloatArray, scale: bool = False) -> Alignment:
     """Move, rotate and, if asked for, scale specimens to their common mean; nothing is reflected.

@@ -1,6 +1,6 @@
 """Exact search: branch and bound of the energy (5), and the minimax of section 6.2."""
 
-from solver.optimisation.exact.branch_and_bound import Enumeration, m_best_solutions
+from solver.optimisation.exact.branch_and_bound import FEW_POINTS, Enumeration, m_best_solutions
 from solver.optimisation.exact.dual_ascent import AscentState, DualAscent
 from solver.optimisation.exact.incumbents import Incumbents, dive, energy_of, keep
 from solver.optimisation.exact.minimax import (
@@ -11,6 +11,7 @@ from solver.optimisation.exact.minimax import (
 from solver.optimisation.exact.triple_division import divide_triples
 
 __all__ = [
+    "FEW_POINTS",
     "AscentState",
     "DualAscent",
     "Enumeration",

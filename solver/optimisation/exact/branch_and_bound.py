@@ -28,8 +28,9 @@ from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 _NODES_PER_ROUND = 20_000
 """Nodes between two looks at the deadline, fewer with triples: some 10 ms."""
-_FEW_POINTS = 16
-"""Source points up to which every candidate is completed greedily if few were dropped."""
+FEW_POINTS = 16
+"""Source points up to which a problem counts as small: every candidate is completed greedily if
+few were dropped."""
 _MANY_KEPT = 0.5
 """Share of the candidates above which few count as dropped."""
 
@@ -238,7 +239,7 @@ def _promising(
     """Places among those kept of candidates that a correspondence better than the m-th may use."""
     rows = np.searchsorted(problem.candidates[kept, 0], np.arange(problem.n_sources + 1))
     found = reparametrised.promising(rows, float(best.energies[-1]))
-    few = problem.n_sources <= _FEW_POINTS
+    few = problem.n_sources <= FEW_POINTS
     if complete and few and len(found) > _MANY_KEPT * len(kept):
         dive(best, own, own, problem.first_candidate, everywhere=True)
         found = reparametrised.promising(rows, float(best.energies[-1]))

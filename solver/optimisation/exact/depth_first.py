@@ -16,11 +16,11 @@ from solver.optimisation.exact.search_state import (
     ENTERING,
     FINISHED,
     NODES,
-    ROUNDING,
     Search,
     add,
     minimum,
 )
+from solver.optimisation.reparametrisation import ROUNDING
 
 
 class DepthFirstSearch:

@@ -21,10 +21,8 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED
-from solver.optimisation.reparametrisation import ReparametrisedCosts, costs_among
+from solver.optimisation.reparametrisation import ROUNDING, ReparametrisedCosts, costs_among
 
-_ROUNDING = 1e-12
-"""Allowance for rounding errors of a bound, relative to it."""
 _STALL = 2e-3
 """Least rise of the bound in a round, relative to its distance from the limit, to go on."""
 _COMPACT = 0.8
@@ -168,7 +166,7 @@ class AscentState:
             return
         least = np.minimum.reduceat(self.unary, self.rows[:-1])[self.points]
         excess = self.unary - least
-        left = self.bound + excess < limit - _ROUNDING * (1.0 + abs(limit))
+        left = self.bound + excess < limit - ROUNDING * (1.0 + abs(limit))
         if left.sum() > _COMPACT * len(left) and left.any():
             return
         self.points, self.labels = self.points[left], self.labels[left]

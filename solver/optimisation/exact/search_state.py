@@ -15,12 +15,10 @@ from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import TripleCosts
 from solver.optimisation.exact.incumbents import OPEN, Incumbents
-from solver.optimisation.reparametrisation import ReparametrisedCosts
+from solver.optimisation.reparametrisation import ROUNDING, ReparametrisedCosts
 
 DEPTH, NODES, ENTERING, FINISHED = 0, 1, 2, 3
 """Positions of the counters; the last two are flags: the node is new, the search is exhausted."""
-ROUNDING = 1e-12
-"""Allowance for rounding errors of a bound, relative to it."""
 
 
 class Search(NamedTuple):

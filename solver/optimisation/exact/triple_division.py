@@ -13,15 +13,12 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.labelling import triple_costs
-from solver.optimisation.reparametrisation import ReparametrisedCosts
+from solver.optimisation.reparametrisation import ROUNDING, ReparametrisedCosts
 
 _PAIRS = ((0, 1), (0, 2), (1, 2))
 """Places of the points of a triple that its pairs have."""
 _THIRD = 2, 1, 0
 """Place of the third point, for each of the pairs."""
-
-_ROUNDING = 1e-12
-"""Allowance for rounding errors of costs that were moved between pairs and points."""
 
 
 def divide_triples(costs: ReparametrisedCosts) -> ReparametrisedCosts:
@@ -40,7 +37,7 @@ def divide_triples(costs: ReparametrisedCosts) -> ReparametrisedCosts:
     Costs that add up to the same for every correspondence of all points.
     """
     triples = costs.triples
-    negative = costs.pairwise.min(initial=0.0) < -_ROUNDING * (1.0 + abs(costs.constant))
+    negative = costs.pairwise.min(initial=0.0) < -ROUNDING * (1.0 + abs(costs.constant))
     if not len(triples.points) or np.isfinite(costs.occlusion).any() or negative:
         return costs
     pairwise, tables = costs.pairwise.copy(), []

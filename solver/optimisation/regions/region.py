@@ -8,9 +8,8 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.regions.message_passing import MetricCosts, divide_costs, label_bounds
+from solver.optimisation.reparametrisation import ROUNDING
 
-ROUNDING = 1e-12
-"""Allowance for rounding errors of a bound, relative to it."""
 _ROUNDS = 40
 """Greatest number of rounds of a dual ascent."""
 _STALL = 0.1
