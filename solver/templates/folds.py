@@ -108,6 +108,26 @@ class Placement(NamedTuple):
 
 
 @kernel
+def placed(points: FloatArray, starts: IntArray, surface: Surface) -> Placement:
+    """Return vertices at the points of the surface nearest to given ones.
+
+    Parameters
+    ----------
+    points
+        (V, 3) near the surface.
+    starts
+        (V,) vertices of the surface where descents begin.
+    surface
+        The surface.
+    """
+    placement = Placement(np.empty_like(points), np.empty_like(points), starts.copy())
+    for vertex in range(len(points)):
+        x, y, z = points[vertex]
+        place(placement, vertex, x, y, z, starts[vertex], surface)
+    return placement
+
+
+@kernel
 def place(
     placement: Placement, vertex: int, x: float, y: float, z: float, start: int, surface: Surface
 ) -> None:
@@ -193,6 +213,16 @@ def qualities(
         found[number, 0] = double_area / squares
         if everywhere:
             found[number, 1] = _at_centre(placement, corners, surface) / squares
+    return found
+
+
+@kernel
+def corner_qualities(placement: Placement, faces: IntArray) -> FloatArray:
+    """(F,) qualities q of (F, 3) triangles, by the mean of the normals at the corners."""
+    found = np.empty(len(faces))
+    for face in range(len(faces)):
+        double_area, squares = _at_corners(placement, faces[face])
+        found[face] = double_area / squares
     return found
 
 

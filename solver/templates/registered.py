@@ -13,8 +13,9 @@ from solver.templates.folds import (
     Connectivity,
     Placement,
     Surface,
+    corner_qualities,
     embed,
-    place,
+    placed,
     qualities,
     relax,
 )
@@ -187,11 +188,16 @@ def _vertices_round(faces: IntArray, bad: IntArray, count: int, rings: int) -> I
 
 def _surface(target: TriangleMesh) -> Surface:
     """Return a surface of unit area."""
-    vertices = (target.vertices - _centre(target)) / np.sqrt(target.area)
-    normals = vertex_normals(vertices, target.faces)
+    vertices, normals = _of_unit_area(target)
     tree = surface_tree(vertices, target.faces)
     around = (*target.neighbours, *target.incident_faces)
     return Surface(vertices, target.faces, normals, *around, tree)
+
+
+def _of_unit_area(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
+    """(V, 3) vertices of a mesh, scaled and centred, and their normals."""
+    vertices = (mesh.vertices - _centre(mesh)) / np.sqrt(mesh.area)
+    return vertices, vertex_normals(vertices, mesh.faces)
 
 
 def _connectivity(template: TriangleMesh, inverted: bool) -> Connectivity:
@@ -214,10 +220,7 @@ def _placement(
     weights = dense.barycentric[rows]
     images = np.einsum("vc,vcd->vd", weights, surface.vertices[corners])
     start = corners[np.arange(len(rows)), weights.argmax(axis=1)]
-    placement = Placement(np.empty_like(images), np.empty_like(images), start)
-    for vertex, (x, y, z) in enumerate(images):
-        place(placement, vertex, x, y, z, start[vertex], surface)
-    return placement
+    return placed(images, start, surface)
 
 
 def _inverted(placement: Placement, faces: IntArray) -> bool:
@@ -228,9 +231,8 @@ def _inverted(placement: Placement, faces: IntArray) -> bool:
 
 def _least_qualities(template: TriangleMesh) -> FloatArray:
     """(F,) qualities below which triangles are relaxed: less for those that are bad at rest."""
-    own = _surface(template)
-    rest = Placement(own.vertices, own.normals, np.arange(template.n_vertices))
-    found = qualities(rest, template.faces, np.arange(template.n_faces), own, False)[:, 0]
+    rest = Placement(*_of_unit_area(template), np.arange(template.n_vertices))
+    found = corner_qualities(rest, template.faces)
     least: FloatArray = np.minimum(_BAD, np.where(found > 0.0, 0.5, 2.0) * found)
     return least
 
