@@ -84,21 +84,6 @@ class Spectrum:
             self.stiffness,
         )
 
-    def heat_kernel(self, time: float) -> FloatArray:
-        """Heat kernel h_t(x, z) between all vertices: equation (2), truncated to k terms.
-
-        Parameters
-        ----------
-        time
-            t > 0, in length².
-
-        Returns
-        -------
-        (V, V) float64 in 1/length², symmetric. O(V²) memory, O(V² k) time.
-        """
-        half = self.eigenfunctions * np.exp(-0.5 * time * self.eigenvalues)
-        return half @ half.T
-
     def to_bytes(self) -> bytes:
         """Return the spectrum as the bytes of an ``.npz`` file, without loss."""
         arrays = {

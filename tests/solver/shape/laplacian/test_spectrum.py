@@ -209,14 +209,6 @@ def test_signs_make_third_moments_positive() -> None:
     assert odd[np.argmax(np.abs(odd))] > 0.0
 
 
-def test_heat_kernel_is_a_semigroup_that_keeps_heat() -> None:
-    spectrum = laplace_beltrami_spectrum(shapes.cube(), 60)
-    early, late = spectrum.heat_kernel(0.1), spectrum.heat_kernel(0.3)
-    np.testing.assert_allclose(early, early.T, atol=1e-14)
-    np.testing.assert_allclose(early @ spectrum.mass, 1.0, rtol=1e-9)
-    np.testing.assert_allclose((early * spectrum.mass) @ spectrum.heat_kernel(0.2), late, atol=1e-9)
-
-
 def test_truncation_keeps_the_first() -> None:
     spectrum = laplace_beltrami_spectrum(shapes.cube(), 60)
     np.testing.assert_array_equal(spectrum.truncated(7).eigenvalues, spectrum.eigenvalues[:7])
