@@ -8,7 +8,7 @@ one whose matching would cost more than its occlusion.
 
 from dataclasses import dataclass, replace
 
-from solver.arrays import IntArray
+from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.errors import OptionError
 from solver.matching.certification import certify, prove_over_samples
@@ -23,6 +23,7 @@ from solver.matching.result import Match, Overlap
 from solver.matching.sampling import too_few
 from solver.matching.structures import build_level
 from solver.registration import STAGE, SURE
+from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.partial import PartMap, register_part
 from solver.shape import Shape
 from solver.shape.choices import Geodesic
@@ -74,9 +75,20 @@ class KnownPart:
         return (found.to_whole if self.is_source else found.to_part)[0]
 
     @property
+    def mapped(self) -> BoolArray:
+        """Which source vertices have a partner."""
+        found = self.surfaces
+        return found.part_covered if self.is_source else found.covered
+
+    @property
     def probability(self) -> float:
         """Confidence that the registration is right."""
         return self.surfaces.confidence.probability
+
+    @property
+    def ahead(self) -> bool:
+        """Whether no other registration fits better where it has partners."""
+        return self.surfaces.confidence.measures["margin"] > 0.0
 
     @property
     def sure(self) -> bool:
@@ -85,7 +97,12 @@ class KnownPart:
 
 
 def find_part(
-    source: Shape, target: Shape, partial: str, options: MatchOptions, control: Control
+    source: Shape,
+    target: Shape,
+    partial: str,
+    options: MatchOptions,
+    control: Control,
+    wholly: Points = NO_LANDMARKS,
 ) -> KnownPart | None:
     """Register a part to the whole.
 
@@ -99,6 +116,9 @@ def find_part(
         Of the match.
     control
         Reports progress and cancels.
+    wholly
+        Vertices of both that correspond by a registration as wholes, which of surfaces that overlap
+        becomes a candidate.
 
     Returns
     -------
@@ -121,10 +141,11 @@ def find_part(
     pairs = landmark_vertices(options.landmarks, source.mesh, target.mesh)
     ours, theirs = pairs.T
     landmarks = (theirs, ours) if is_source else (ours, theirs)
+    begun = wholly[::-1] if is_source else wholly
     with control.stage(STAGE, 0.3):
         given = None if whole.normalise else whole.size / part.size
         found = register_part(
-            whole, part, control.between(0.3, 0.6), given, partial != BOTH, landmarks
+            whole, part, control.between(0.3, 0.6), given, partial != BOTH, landmarks, begun
         )
     if found is None or not (found.covered.any() and found.part_covered.any()):
         return None
@@ -225,9 +246,9 @@ def _placed(
     source: Shape, target: Shape, known: KnownPart, level: Level, control: Control
 ) -> tuple[Hypothesis, Level]:
     """Match the points near their images."""
-    found, points = known.surfaces, level.source.vertices
+    points = level.source.vertices
     images = known.images[points]
-    mapped = (found.part_covered if known.is_source else found.covered)[points]
+    mapped = known.mapped[points]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
         wider = add_target_samples(source, target, level, images)
         placed = match_near_images(target, wider, images, mapped)

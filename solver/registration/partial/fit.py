@@ -30,6 +30,11 @@ _REFINED_OCCLUSION = -10.0
 """Scores of what has no partner, before and after the refinement: somewhat more than those of what
 has one. If more is charged, wrong candidates are preferred that cover more."""
 
+_WHOLE_OCCLUSION = -7.0
+"""The same after the refinement, between the candidate that fits best and the one that lies as both
+do as wholes: most surfaces lack little, so that more is charged. Of 13 pairs where one of the two
+is right, all are told apart by -7.6 to -5.5, and nine by -10."""
+
 
 @dataclass(frozen=True)
 class PartFit:
@@ -224,6 +229,11 @@ class RefinedPartFit:
     def score(self) -> float:
         """Sum of the logarithms of the measures, where something is met; the less, the better."""
         return _with_occlusion(sum(self.measures.values()), self.share, _REFINED_OCCLUSION)
+
+    @property
+    def score_as_wholes(self) -> float:
+        """The same where both are expected to be whole."""
+        return _with_occlusion(sum(self.measures.values()), self.share, _WHOLE_OCCLUSION)
 
 
 def changes_of_curvature(

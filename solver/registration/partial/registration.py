@@ -2,19 +2,24 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from solver.arrays import BoolArray
 from solver.control import Control
 from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points
 from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.partial.confidence import part_confidence
-from solver.registration.partial.refinement import refine_candidates
+from solver.registration.partial.refinement import MeasuredPart, refine_candidates
 from solver.registration.partial.search import search_part
 from solver.registration.reduction import reduced_landmarks, reduction
 from solver.registration.search import STAGE
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images
 from solver.shape import Shape
+
+_AGREE = 0.1
+"""Mean distance in space over √area within which two registrations are the same candidate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +74,7 @@ def register_part(
     scale: float | None = None,
     entire: bool = True,
     landmarks: Points = NO_LANDMARKS,
+    wholly: Points = NO_LANDMARKS,
 ) -> PartMap | None:
     """Register a whole to a part of it: bend it so that the part lies on it, at the part's scale.
 
@@ -88,6 +94,9 @@ def register_part(
         part of the other.
     landmarks
         Vertices of the whole and of the part that correspond.
+    wholly
+        Vertices that correspond by a registration of both as wholes: of surfaces that overlap, one
+        candidate begins there, and is the answer unless another fits clearly better.
 
     Returns
     -------
@@ -105,12 +114,12 @@ def register_part(
     fewer = ours.shape, theirs.shape
     if min(smooth_surface(one).samples.size for one in fewer) < FEWEST:
         return None
-    known = reduced_landmarks(ours, theirs, landmarks)
-    candidates = search_part(*fewer, control, scale, entire, known)
+    known, begun = (reduced_landmarks(ours, theirs, one) for one in (landmarks, wholly))
+    candidates = search_part(*fewer, control, scale, entire, known, begun)
     if not candidates:
         return None
     control.report(STAGE, 0.6)
-    refined = refine_candidates(*fewer, candidates, entire, control)
+    refined = _as_wholes(refine_candidates(*fewer, candidates, entire, control), begun)
     chosen = refined[0].part
     control.report(STAGE, 0.8)
     if fewer != (whole, part):
@@ -137,3 +146,29 @@ def register_part(
             complete=not control.expired,
         ),
     )
+
+
+def _as_wholes(refined: list[MeasuredPart], wholly: Points) -> list[MeasuredPart]:
+    """Put the candidate that lies as both do as wholes first, unless another fits clearly better.
+
+    Parameters
+    ----------
+    refined
+        Candidates, the best first.
+    wholly
+        Vertices of the whole and of the part that correspond by a registration of wholes.
+    """
+    here, there = wholly
+    if not len(here):
+        return refined
+    places = refined[0].part.displaced.target.mesh.vertices
+
+    def agrees(one: MeasuredPart) -> bool:
+        away = np.linalg.norm(places[one.part.images[here]] - places[there], axis=1)
+        return bool(away.mean() < _AGREE)
+
+    best, *others = refined
+    known = next(filter(agrees, refined), best)
+    if known is best or known.fit.score_as_wholes > best.fit.score_as_wholes:
+        return refined
+    return [known, best, *(one for one in others if one is not known)]

@@ -1,6 +1,7 @@
 """Search for the registration of a whole to a part that fits best, over scales and labellings."""
 
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -47,6 +48,7 @@ def search_part(
     scale: float | None = None,
     entire: bool = True,
     landmarks: Points = NO_LANDMARKS,
+    wholly: Points = NO_LANDMARKS,
 ) -> list[PartCandidate]:
     """Register the whole to the part: coarsely from each labelling, the best ones finely.
 
@@ -58,14 +60,14 @@ def search_part(
         May cancel; past its deadline, less is tried.
     scale
         √area of the whole over √area of the part; by default it is searched for.
-    entire, landmarks
+    entire, landmarks, wholly
         As for :func:`.register_part`.
 
     Returns
     -------
-    Candidates that differ and meet the landmarks, the best first; of a part, after them others that
-    began where the coarse ones had been crossed. These do not crowd out the former, some of which
-    are better once they are refined.
+    Candidates that differ and meet the landmarks, the best first. After them others, of a part that
+    began where the coarse ones had been crossed, of surfaces that overlap where they lie as wholes.
+    These do not crowd out the former, some of which are better once they are refined.
 
     Raises
     ------
@@ -83,8 +85,12 @@ def search_part(
     starts = [(first_alignment(task.whole, task.part, *one), one[1]) for one in labellings]
     control.report(STAGE, 0.2)
     if not entire:
-        (overlapping,) = choose_parts(task, [starts], OF_OVERLAP_STAGES, control)
-        return overlapping
+        populations = [starts]
+        if len(wholly[0]):
+            size = 1.0 if scale is None else scale
+            populations.append([(first_alignment(task.whole, task.part, wholly, size), size)])
+        overlapping = choose_parts(task, populations, OF_OVERLAP_STAGES, control)
+        return list(dict.fromkeys(chain.from_iterable(overlapping)))
     coarse, *fine = OF_PART_STAGES
     samples = task.samples(coarse)
     starts += [(alignment_by_distances((whole, part), samples, *one), one[1]) for one in labellings]

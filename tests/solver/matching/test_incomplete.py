@@ -1,0 +1,97 @@
+"""Detection of what is incomplete, without a word from the user."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.holes import with_holes
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.matching import Match, MatchOptions, match
+from solver.mesh import TriangleMesh, triangle_mesh
+from solver.registration.confidence import RIVAL
+from solver.shape import Shape
+from synthetic import human
+
+RESOLUTION = 1200
+OPTIONS = MatchOptions(points=16, dense=True)
+
+Cut = tuple[Shape, IntArray]
+"""A surface, and the vertices of the body that it has."""
+
+
+def body(pose: str) -> TriangleMesh:
+    found = human(pose, resolution=RESOLUTION, seed=1)
+    return triangle_mesh(found.vertices, found.faces)
+
+
+def without(mesh: TriangleMesh, lacking: BoolArray) -> Cut:
+    faces = mesh.faces[~lacking[mesh.faces].any(axis=1)]
+    vertices = np.unique(faces)
+    left = triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
+    assert left.components == 1
+    return Shape(left), vertices
+
+
+@pytest.fixture(scope="module")
+def rest() -> FloatArray:
+    """Places of all bodies' vertices, at rest: between -½ and ½ of the height."""
+    places = human("standing", resolution=RESOLUTION, seed=1).rest
+    centred: FloatArray = (places - places.mean(axis=0)) / np.ptp(places[:, 1])
+    return centred
+
+
+def limbs(rest: FloatArray) -> tuple[BoolArray, BoolArray, BoolArray]:
+    """(V,) vertices of the lower legs, of the arms, and of the right half."""
+    low = rest[:, 1] < rest[:, 1].min() + 0.25
+    return low, np.abs(rest[:, 0]) > np.abs(rest[:, 0]).max() - 0.15, rest[:, 0] > 0.0
+
+
+def errors(found: Match, source: IntArray, target: Shape, there: IntArray) -> FloatArray:
+    """(n,) geodesic errors over √area of the vertices that both have and the map has."""
+    assert found.dense is not None
+    points = source[found.dense.source]
+    common = np.isin(points, there)
+    truth = np.searchsorted(there, points[common])
+    distances = target.metric("geodesic").distances(truth)
+    away: FloatArray = distances[np.arange(len(truth)), found.dense.target[common]] / target.size
+    return away
+
+
+def test_surfaces_that_lack_different_limbs_overlap(rest: FloatArray) -> None:
+    """Each lacks the leg and the arm of one side, so that as wholes they fit mirrored."""
+    legs, arms, right = limbs(rest)
+    ours = without(body("walking"), (legs | arms) & right)
+    theirs = without(body("standing"), (legs | arms) & ~right)
+    found = match(ours[0], theirs[0], OPTIONS)
+    assert found.overlap is not None
+    assert found.overlap.part == "both"
+    assert errors(found, ours[1], *theirs).mean() < 0.05
+    whole = match(ours[0], theirs[0], replace(OPTIONS, partial="none"))
+    assert whole.overlap is None
+    assert errors(whole, ours[1], *theirs).mean() > 0.2
+
+
+def test_surfaces_that_fit_otherwise_too_are_doubted(rest: FloatArray) -> None:
+    """Each is all but the mirror image of the other, which covers more than the truth does."""
+    legs, arms, right = limbs(rest)
+    ours = without(body("walking"), np.where(right, legs, arms))
+    theirs = without(body("standing"), np.where(right, arms, legs))
+    found = match(ours[0], theirs[0], OPTIONS)
+    assert found.confidence is not None
+    assert found.confidence.probability < 0.6
+    assert RIVAL in found.confidence.reasons
+
+
+def test_surfaces_with_small_holes_are_whole() -> None:
+    bodies = body("walking"), body("standing")
+    ours, theirs = (
+        Shape(with_holes(one, 5, 0.05, seed=seed, least=3).mesh) for seed, one in enumerate(bodies)
+    )
+    assert min(one.mesh.relative_boundary for one in (ours, theirs)) > 0.5
+    found = match(ours, theirs, OPTIONS)
+    assert found.overlap is None
+    assert found.dense is not None
+    assert len(found.dense.source) == ours.n_vertices
+    assert found.confidence is not None
+    assert found.confidence.probability > 0.9
