@@ -31,10 +31,10 @@ from isomatch._cli import (
     Targets,
     Url,
     Wait,
+    check_outputs,
     class_of,
     connected,
     echo_models,
-    files_awaited,
     jobs,
     landmarks,
     leave,
@@ -112,13 +112,13 @@ def match(
     dense = bool(parameters.get("dense"))
     if view is not None and picture is None:
         raise typer.BadParameter("it needs --picture FILE", param_hint="--view")
-    files_awaited(wait, output, picture)
+    check_outputs([source, *targets], wait, output, picture)
     folder = None
     if len(targets) > 1 or file_format is not None:
         if picture is not None:
             message = "of several targets there are pictures by --output FOLDER --format png"
             raise typer.BadParameter(message, param_hint="--picture")
-        folder = MatchFolder.checked(output, targets, file_format, dense)
+        folder = MatchFolder.checked(output, source, targets, file_format, dense)
     elif (
         (file := output_given(output, MATCH_FORMATS)) is not None
         and file.suffix[1:].lower() in SURFACES
@@ -172,7 +172,7 @@ def compare(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Compare meshes, all with all, and print how dissimilar they are."""
-    files_awaited(wait, output, picture)
+    check_outputs(meshes, wait, output, picture)
     if labels_from_names and labels is not None:
         raise typer.BadParameter("give --labels or --labels-from-names, not both")
     classes = None if labels is None else labels.split(",")

@@ -37,14 +37,19 @@ class MatchFolder:
 
     @classmethod
     def checked(
-        cls, folder: Path | None, targets: Sequence[str], file_format: str | None, dense: bool
+        cls,
+        folder: Path | None,
+        source: str,
+        targets: Sequence[str],
+        file_format: str | None,
+        dense: bool,
     ) -> "MatchFolder":
         """Return the folder, made if it is missing, if all files can be written in it.
 
         Raises
         ------
         typer.BadParameter
-            One cannot, or two targets have the same name.
+            One cannot or is read by the command, or two targets have the same name.
         """
         if folder is None:
             if file_format is not None:
@@ -60,7 +65,7 @@ class MatchFolder:
             twice = next(name for name in names if names.count(name) > 1)
             _refuse(f"two targets are called {twice!r}, and would have one file", "TARGETS")
         output_folder_given(folder).mkdir(exist_ok=True)
-        files_given(folder, (f"{name}.{ending}" for name in names))
+        files_given(folder, (f"{name}.{ending}" for name in names), [source, *targets])
         return cls(folder, ending)
 
     def file_of(self, target: str) -> Path | None:

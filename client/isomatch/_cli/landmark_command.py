@@ -161,7 +161,8 @@ def landmarks(
         raise typer.BadParameter(f"two specimens are called {twice!r}", param_hint="SPECIMENS")
     if file_format == "csv" and TABLE in (f"{name}.csv" for name in names):
         raise typer.BadParameter(f"{TABLE} is the table of all specimens", param_hint="SPECIMENS")
-    files_given(folder, [TABLE, *LandmarkOutput.files(names, file_format)])
+    inputs = [*specimens, *(one for pair in files for one in pair)]
+    files_given(folder, [TABLE, *LandmarkOutput.files(names, file_format)], inputs)
     with connected(url, as_json) as client:
         sets = with_same_labels([_of_template(file, shape, coordinates) for shape, file in files])
         shapes = uploaded(client, [shape for shape, _ in files], as_json)

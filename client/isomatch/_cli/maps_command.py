@@ -7,7 +7,7 @@ import typer
 
 from isomatch._cli.exit_codes import connected
 from isomatch._cli.job_runs import run
-from isomatch._cli.options import AsJson, Meshes, Url, Wait, files_awaited, output_option
+from isomatch._cli.options import AsJson, Meshes, Url, Wait, check_outputs, output_option
 from isomatch._cli.uploads import uploaded
 from isomatch._http import DEFAULT_URL
 
@@ -27,7 +27,7 @@ def maps(
     All pairs are matched at all vertices; pairs in doubt are mapped by way of other meshes. The
     output has the result as JSON, or all maps as NPZ. What does not fit is named.
     """
-    files_awaited(wait, output)
+    check_outputs(meshes, wait, output)
     with connected(url, as_json) as client:
         shapes = uploaded(client, meshes, as_json)
         run(

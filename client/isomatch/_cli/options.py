@@ -1,7 +1,7 @@
 """Arguments and options that commands share, and their checks."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -90,16 +90,16 @@ def _permitted(given: Path) -> Path:
 
 def output_given(given: Path | None, formats: Sequence[str] = ENDINGS) -> Path | None:
     """Return the file of ``--output``, which is a file only with some arguments."""
-    with _of_output():
+    with _of_option("--output"):
         return _of_formats(writable(given), formats)
 
 
 @contextmanager
-def _of_output() -> Iterator[None]:
+def _of_option(name: str) -> Iterator[None]:
     try:
         yield
     except typer.BadParameter as error:
-        error.param_hint = "--output"
+        error.param_hint = name
         raise
 
 
@@ -158,16 +158,36 @@ def folder_given(given: Path) -> Path:
 
 def output_folder_given(given: Path) -> Path:
     """Return the folder of ``--output``, which is a folder only with some arguments."""
-    with _of_output():
+    with _of_option("--output"):
         return folder_given(given)
 
 
-def files_given(folder: Path, names: Iterable[str]) -> None:
-    """Refuse names of files that cannot be written in a folder, which may be missing."""
+def files_given(folder: Path, names: Iterable[str], inputs: Collection[str | Path]) -> None:
+    """Refuse names of files of a folder, which may be missing, that cannot or must not be written.
+
+    Parameters
+    ----------
+    folder
+        Where they are written.
+    names
+        Their names.
+    inputs
+        Files that the command reads, among others: they must not be overwritten.
+    """
     if folder.is_dir():
-        with _of_output():
+        with _of_option("--output"):
             for name in names:
                 writable(folder / name)
+                _no_input(folder / name, inputs)
+
+
+def _no_input(file: Path, inputs: Collection[str | Path]) -> None:
+    """Refuse to write a file that the command reads, whichever name or link leads to it."""
+    if file.exists() and any(Path(one).is_file() and file.samefile(one) for one in inputs):
+        raise typer.BadParameter(
+            f"{str(file)!r} is read by this command, and would be overwritten; choose another name"
+            " or folder"
+        )
 
 
 Targets = Annotated[
@@ -270,13 +290,15 @@ Wait = Annotated[
 ]
 
 
-def files_awaited(wait: bool, output: Path | None, picture: Path | None = None) -> None:
-    """Refuse files of a result that is not awaited.
+def check_outputs(
+    inputs: Collection[str | Path], wait: bool, output: Path | None, picture: Path | None = None
+) -> None:
+    """Refuse files of a result that is not awaited, and those that are read.
 
     Raises
     ------
     typer.BadParameter
-        There is one; the message says how it is written later.
+        There is one; the message says what to do.
     """
     for name, file in (("--output", output), ("--picture", picture)):
         if file is not None and not wait:
@@ -285,6 +307,9 @@ def files_awaited(wait: bool, output: Path | None, picture: Path | None = None) 
                 f" result ID {name} {file.name}` later (of several targets, with ID-1, ID-2, ...)",
                 param_hint=name,
             )
+        if file is not None:
+            with _of_option(name):
+                _no_input(file, inputs)
 
 
 def structure_choices(given: list[str] | None) -> list[StructureChoice]:

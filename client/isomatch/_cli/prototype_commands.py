@@ -15,7 +15,7 @@ from isomatch._cli.options import (
     Quiet,
     Url,
     Wait,
-    files_awaited,
+    check_outputs,
     output_option,
     writable,
 )
@@ -59,7 +59,7 @@ def learn(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Learn a prototype from meshes of one class; the first says which points are taken."""
-    files_awaited(wait, output)
+    check_outputs(meshes, wait, output)
     if shared_connectivity:
         parameters["correspondence"] = "shared_connectivity"
     with connected(url, as_json) as client:

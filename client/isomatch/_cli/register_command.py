@@ -40,6 +40,9 @@ def register(
     The folder gets a PLY file for each specimen, in its own coordinates, mean.ply, components.npz
     and a picture of the components. A specimen that cannot be registered is named.
     """
+    inputs = [template, *specimens]
+    files = [Path(one).stem for one in specimens if Path(one).is_file()]
+    files_given(folder, _files(files), inputs)
     with connected(url, as_json) as client:
         (source,) = uploaded(client, [template], as_json)
         failures = Failures(as_json)
@@ -47,7 +50,8 @@ def register(
         shapes = [shape for _, shape in given]
         names = [Path(shape_name(*one)).stem for one in given]
         _check_names(names)
-        files_given(folder, [PICTURE, ARRAYS, *(f"{name}.ply" for name in ("mean", *names))])
+        # Names of shapes that were given by their ids are known by now.
+        files_given(folder, _files(names), inputs)
         with interrupts_deferred():
             job = client.register(source, shapes, scale=scale, largest_component=largest_component)
         try:
@@ -65,6 +69,11 @@ def register(
         failures.check()
         if not all(one.registered for one in found.specimens):
             raise typer.Exit(REFUSED)
+
+
+def _files(names: list[str]) -> list[str]:
+    """Names of the files that are written for specimens with these names."""
+    return [PICTURE, ARRAYS, *(f"{name}.ply" for name in ("mean", *names))]
 
 
 def _check_names(names: list[str]) -> None:

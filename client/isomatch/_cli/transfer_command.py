@@ -14,7 +14,7 @@ from isomatch._cli.options import (
     AsJson,
     Url,
     Wait,
-    files_awaited,
+    check_outputs,
     landmark_points,
     output_given,
     shapes_given,
@@ -128,7 +128,7 @@ def transfer(
         raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
     kind = cast(TransferKind, what)
     output_given(output, WRITTEN[kind])
-    files_awaited(wait, output)
+    check_outputs(along, wait, output)
     meshes, file = _along(along)
     values = None if file is None else _values_given(file, kind)
     direction: Direction = "target_to_source" if back else "source_to_target"

@@ -420,7 +420,9 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
             done = run(*command, path, url="http://127.0.0.1:9")
             assert (done.returncode, done.stdout) == (2, ""), (command, path, done.stderr)
             said = " ".join(done.stderr.replace("│", " ").split())
-            assert re.search("no folder|(is|not) a folder|cannot be written: ", said), said
+            assert re.search(
+                "no folder|(is|not) a folder|cannot be written: |would be overwritten", said
+            ), said
     assert sorted(tmp_path.iterdir()) == [mesh, other, locked, taken, taken.with_suffix(".png")]
     formats = [
         (0, "a.zip", ".json, .npz, .csv, .ply, .obj, .glb or .png"),
