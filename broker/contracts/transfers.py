@@ -130,8 +130,9 @@ class TransferResult(BaseModel):
     attributes: tuple[AttributeSummary, ...] = Field(
         description="What was carried; the values are in the files of the job."
     )
-    points: tuple[SurfacePoint, ...] | None = Field(
-        description="Of landmarks, their images on `target`, in their order; null for others."
+    points: tuple[SurfacePoint | None, ...] | None = Field(
+        description="Of landmarks, their images on `target`, in their order, null where one has no"
+        " partner; null for other kinds."
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds, "total".')

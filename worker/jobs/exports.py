@@ -83,7 +83,11 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     """
     if result.points is not None:
         header = ("vertex1", "vertex2", "vertex3", "weight1", "weight2", "weight3")
-        return _table([header, *((*one.vertices, *one.weights) for one in result.points)])
+        missing = len(header) * ("",)
+        points = (
+            missing if one is None else (*one.vertices, *one.weights) for one in result.points
+        )
+        return _table([header, *points])
     painted = result.what in (TEXTURE, UV)
     if (painted and file_type in ("glb", "zip")) or (result.what, file_type) == (UV, "obj"):
         return _textured(result, file_type, store)

@@ -49,6 +49,9 @@ from worker.jobs.textures import carried_paint, corner_attributes, texture_of
 CHANNELS: Final = ("red", "green", "blue")
 """Columns of colours."""
 
+_NAMED: Final = 10
+"""Missing landmarks that a warning names."""
+
 _ON: Final[dict[str, AttributeElement]] = {VERTICES: "vertices", FACES: "faces"}
 
 
@@ -135,7 +138,7 @@ class _Outcome:
     """Carried attributes, or the images of landmarks."""
 
     attributes: tuple[Attribute, ...] = ()
-    points: tuple[SurfacePoint, ...] | None = None
+    points: tuple[SurfacePoint | None, ...] | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -151,7 +154,7 @@ def _outcome(
         control.report("mapping the landmarks", 0.5)
         along = solver_map(dense, inverse, forwards=forwards)
         points = _images(payload.points, along, stored_mesh(payload.target, shapes))
-        return _Outcome(points=points)
+        return _Outcome(points=points, warnings=_without_image(points))
     # Each vertex takes the value at its image, so the map goes the other way.
     back = solver_map(dense, inverse, forwards=not forwards)
     if payload.what == TEXTURE:
@@ -229,13 +232,18 @@ def colors_of_file(mesh: TriangleMesh, colors: FloatArray) -> Attribute:
 
 
 def write_arrays(
-    attributes: Sequence[Attribute], points: Sequence[SurfacePoint] | None = None
+    attributes: Sequence[Attribute], points: Sequence[SurfacePoint | None] | None = None
 ) -> bytes:
-    """Return attributes, or landmarks as `vertices` and `weights`, as the bytes of an ``.npz``."""
+    """Return attributes, or landmarks as `vertices` and `weights`, as the bytes of an ``.npz``.
+
+    Landmarks without an image have -1 and nan.
+    """
     if points is not None:
+        vertices = [3 * (-1,) if one is None else one.vertices for one in points]
+        weights = [3 * (np.nan,) if one is None else one.weights for one in points]
         attributes = (
-            Attribute("vertices", np.array([one.vertices for one in points], dtype=np.int64)),
-            Attribute("weights", np.array([one.weights for one in points])),
+            Attribute("vertices", np.array(vertices, dtype=np.int64)),
+            Attribute("weights", np.array(weights)),
         )
     return write_npz(attributes)
 
@@ -295,25 +303,33 @@ def _images(
     points: Sequence[SurfacePoint],
     dense: registration.DenseCorrespondence,
     target: TriangleMesh,
-) -> tuple[SurfacePoint, ...]:
-    given = Landmarks(
-        np.array([one.vertices for one in points], dtype=np.int64),
-        np.array([one.weights for one in points]),
-    )
-    unknown = np.argwhere(~np.isin(given.corners, dense.source))
-    if unknown.size:
-        point, corner = unknown[0].tolist()
-        message = f"vertex {points[point].vertices[corner]} is not part of the mapped surface"
-        raise OptionError(f"points.{point}", message)
+) -> tuple[SurfacePoint | None, ...]:
+    """Images of landmarks; None for those with a corner that the map does not have."""
+    corners = np.array([one.vertices for one in points], dtype=np.int64)
+    mapped = np.isin(corners, dense.source).all(axis=1)
+    images: list[SurfacePoint | None] = [None] * len(points)
+    if not mapped.any():
+        return tuple(images)
+    weights = np.array([one.weights for one in points])
     try:
-        found = transfer.landmark_images(given, dense, target)
+        found = transfer.landmark_images(Landmarks(corners[mapped], weights[mapped]), dense, target)
     except TransferError as error:
         raise OptionError("points", str(error)) from error
-    return tuple(
-        SurfacePoint(vertices=tuple(corners), weights=tuple(weights))
-        for corners, weights in zip(
-            found.corners.tolist(), found.barycentric.clip(0.0, 1.0).tolist(), strict=True
-        )
+    shares = found.barycentric.clip(0.0, 1.0)
+    for place, three, share in zip(np.flatnonzero(mapped), found.corners, shares, strict=True):
+        images[place] = SurfacePoint(vertices=tuple(three.tolist()), weights=tuple(share.tolist()))
+    return tuple(images)
+
+
+def _without_image(points: Sequence[SurfacePoint | None]) -> tuple[str, ...]:
+    """Which landmarks are missing, and why, if some are."""
+    missing = [str(place) for place, one in enumerate(points) if one is None]
+    if not missing:
+        return ()
+    more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+    return (
+        f"{len(missing)} of {len(points)} landmarks are missing, as they have no partner or are not"
+        f" part of the mapped surface: points {', '.join(missing[:_NAMED])}{more}, counted from 0",
     )
 
 

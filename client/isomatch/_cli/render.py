@@ -180,6 +180,9 @@ def print_transfer(transfer: Transfer, console: Console) -> None:
     if transfer.points is not None:
         table = Table(Column("vertices"), Column("weights"), box=SIMPLE_HEAD, pad_edge=False)
         for point in transfer.points:
+            if point is None:
+                table.add_row("missing", "")
+                continue
             weights = ", ".join(f"{weight:.4f}" for weight in point.weights)
             table.add_row(", ".join(map(str, point.vertices)), weights)
         console.print(table)

@@ -113,8 +113,9 @@ class TransferAnswer(BaseModel):
     attributes: tuple[str, ...]
     on: str
     rows: int
-    points: tuple[SurfacePoint, ...] | None = Field(
-        description=f"Images of landmarks on the target, at most {MOST_LINES}; None for values."
+    points: tuple[SurfacePoint | None, ...] | None = Field(
+        description=f"Images of landmarks on the target, at most {MOST_LINES}, None where one has"
+        " no partner; None for values."
     )
     warnings: tuple[str, ...]
     file: str | None

@@ -59,7 +59,8 @@ def transferred(
         raise TypeError(f"give an array with a row for each vertex of {name}, not None")
     forwards = goes_forwards(direction)
     if kind == "landmarks":
-        return _images(dense.source_to_target if forwards else dense.target_to_source, values)
+        map_of_points = dense.source_to_target if forwards else dense.target_to_source
+        return _images(map_of_points, values, name, rows)
     if kind not in ARRAY_KINDS:
         raise ValueError(f"kind is one of {', '.join(ARRAY_KINDS)}, not {kind!r}")
     # Each vertex takes the value at its image, so the map goes the other way.
@@ -93,16 +94,19 @@ def _check_rows(values: npt.NDArray[Any], along: VertexMap, name: str, rows: int
         )
 
 
-def _images(along: VertexMap, vertices: npt.ArrayLike) -> npt.NDArray[np.int64]:
+def _images(
+    along: VertexMap, vertices: npt.ArrayLike, name: str, rows: int | None
+) -> npt.NDArray[np.int64]:
+    """Images of vertices, -1 for those without a partner."""
     wanted = np.asarray(vertices)
     if wanted.size and wanted.dtype.kind not in "iu":
         raise ValueError(f"landmarks are vertices, whole numbers, not {wanted.dtype}")
     wanted = wanted.astype(np.int64)
-    rows = np.searchsorted(along.vertices, wanted).clip(max=len(along.vertices) - 1)
-    unknown = wanted[along.vertices[rows] != wanted]
+    image_of = by_vertex(along, along.images, rows)
+    unknown = wanted[(wanted < 0) | (wanted >= len(image_of))]
     if unknown.size:
-        raise ValueError(f"vertex {unknown.flat[0]} is not part of the matched surface")
-    found: npt.NDArray[np.int64] = along.images[rows]
+        raise ValueError(f"{unknown.flat[0]} is no vertex of {name}, which has {len(image_of):,}")
+    found: npt.NDArray[np.int64] = image_of[wanted]
     return found
 
 

@@ -172,15 +172,16 @@ class Match(Result, Correspondences):
         Returns
         -------
         Row i for vertex i of the other shape's file. Vertices that no face uses, or without a
-        partner, have nan, -1 or an empty text. Labels have the type of `values`, colours of type
-        uint8 stay such.
+        partner, have nan, -1 or an empty text; landmarks there are -1. Labels have the type of
+        `values`, colours of type uint8 stay such.
 
         Raises
         ------
         TypeError
             There are no values.
         ValueError
-            The match is not dense, rows are missing or too many, or numbers are not finite.
+            The match is not dense, rows are missing or too many, a landmark is no vertex, or
+            numbers are not finite.
 
         Examples
         --------

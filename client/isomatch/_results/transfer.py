@@ -39,7 +39,7 @@ class Transfer(Result):
     attributes
         What was carried.
     points
-        Of landmarks, their images on `target`; None for others.
+        Of landmarks, their images on `target`, None where one has no partner; None for other kinds.
     warnings
         Remarks of the service on this result.
     timings
@@ -57,7 +57,7 @@ class Transfer(Result):
     on: str = "vertices"
     rows: int
     attributes: tuple[AttributeSummary, ...]
-    points: tuple[SurfacePoint, ...] | None
+    points: tuple[SurfacePoint | None, ...] | None
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 

@@ -113,7 +113,8 @@ async function carried(match, end, points, sides, signal) {
   const job = await post("/v1/transfers", {
     match: match.id, what: "landmarks", direction: end === SOURCE ? "source_to_target" : "target_to_source", points: given,
   });
-  const found = (await resultOf(job, signal)).points.map(({ vertices, weights }) => ({ corners: vertices.map(there.place), weights }));
+  const found = (await resultOf(job, signal)).points.map((point) => point && (
+    { corners: point.vertices.map(there.place), weights: point.weights }));
   return points.map((point) => (point === null ? null : found.shift()));
 }
 

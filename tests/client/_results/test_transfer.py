@@ -85,8 +85,10 @@ def test_rows_are_those_of_the_file() -> None:
 def test_landmarks_go_along_the_map() -> None:
     assert MATCH.transfer([2, 0], "landmarks").tolist() == [3, 0]
     assert MATCH.transfer([3], "landmarks", "target_to_source").tolist() == [0]
-    with pytest.raises(ValueError, match="vertex 1 is not part"):
-        MATCH.transfer([1], "landmarks", "target_to_source")
+    assert MATCH.transfer([3, 1, 2], "landmarks", "target_to_source").tolist() == [0, -1, 2]
+    for beyond in (-1, 4):
+        with pytest.raises(ValueError, match=f"{beyond} is no vertex of .*, which has 4"):
+            MATCH.transfer([0, beyond], "landmarks", "target_to_source")
     assert MATCH.transfer([], "landmarks").tolist() == []
     with pytest.raises(ValueError, match="whole numbers, not float64"):
         MATCH.transfer([0.5], "landmarks")

@@ -207,7 +207,7 @@ def test_landmarks(http: httpx2.Client, match: str) -> None:
         assert "choose one of NPZ, CSV" in refused["detail"]
 
 
-def test_landmarks_at_no_vertex_are_refused_by_their_place(
+def test_landmarks_at_no_vertex_are_refused_and_those_without_an_image_missing(
     http: httpx2.Client, match: str, upload: Upload
 ) -> None:
     inside = {"vertices": [1, COUNT, 2], "weights": [0.2, 0.3, 0.5]}
@@ -226,13 +226,19 @@ def test_landmarks_at_no_vertex_are_refused_by_their_place(
     )
     unused = upload(data, "unused.ply")["id"]
     again = matched(http, (unused, unused), points=12, dense=True)["id"]
-    failed = carried(http, again, what="landmarks", points=[5, COUNT])
-    assert failed["error"]["errors"] == [
-        {
-            "field": "body.points.1",
-            "message": f"vertex {COUNT} is not part of the mapped surface",
-        }
-    ]
+    job = carried(http, again, what="landmarks", points=[COUNT, 5])
+    result = http.get(job["links"]["result"]).json()
+    missing, found = result["points"]
+    assert missing is None
+    assert max(zip(found["weights"], found["vertices"], strict=True))[1] == 5
+    assert "1 of 2 landmarks are missing" in result["warnings"][0]
+    assert "points 0, counted" in result["warnings"][0]
+    arrays = arrays_of(http, job)
+    assert arrays["vertices"][0].tolist() == [-1, -1, -1]
+    assert np.isnan(arrays["weights"]).tolist() == [[True] * 3, [False] * 3]
+    assert export(http, job, "csv").text.splitlines()[1] == ",,,,,"
+    alone = carried(http, again, what="landmarks", points=[COUNT])
+    assert http.get(alone["links"]["result"]).json()["points"] == [None]
 
 
 def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Upload) -> None:
