@@ -84,9 +84,9 @@ def transferred(
 def _check_rows(values: npt.NDArray[Any], along: VertexMap, name: str, rows: int | None) -> None:
     """Refuse values that have not a row for each vertex of the file they are of."""
     have = len(values) if values.ndim else 0
-    # What the service carried ends with the last vertex that a face uses.
+    # Results of earlier versions do not know the rows of the file, which has at least these.
     least = int(along.faces.max(initial=-1)) + 1
-    if have < least or (rows is not None and have > rows):
+    if have < least if rows is None else have != rows:
         count = f"{rows:,}" if rows is not None else f"at least {least:,}"
         raise ValueError(
             f"there are {have:,} rows of values, but {name} has {count} vertices: give a row for"
