@@ -145,7 +145,7 @@ def _normalised(weights: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 def _whole(labels: npt.NDArray[Any]) -> npt.NDArray[Any]:
     # -1 stands for vertices without a label.
-    return labels.astype(np.int64) if labels.dtype.kind == "u" else labels
+    return labels.astype(np.int64) if labels.dtype.kind in "ub" else labels
 
 
 def by_vertex(along: VertexMap, values: npt.NDArray[Any], rows: int | None) -> npt.NDArray[Any]:

@@ -173,7 +173,7 @@ class Match(Result, Correspondences):
         -------
         Row i for vertex i of the other shape's file. Vertices that no face uses, or without a
         partner, have nan, -1 or an empty text; landmarks there are -1. Labels have the type of
-        `values`, colours of type uint8 stay such.
+        `values`, but unsigned and boolean ones become int64; colours of type uint8 stay such.
 
         Raises
         ------

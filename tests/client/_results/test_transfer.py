@@ -43,6 +43,8 @@ def test_labels_stay_labels() -> None:
     assert MATCH.transfer(["a", "b", "b"], "labels").tolist() == ["a", "", "b", "a"]
     unsigned = np.array([5, 7, 7], dtype=np.uint8)
     assert MATCH.transfer(unsigned, "labels").tolist() == [5, -1, 7, 5]
+    mask = np.array([True, False, False])
+    assert MATCH.transfer(mask, "labels").tolist() == [1, -1, 0, 1]
 
 
 def test_colours_of_bytes_stay_bytes() -> None:
