@@ -120,9 +120,15 @@ def selected(
 
 
 def with_whole_numbers(attribute: Attribute) -> Attribute:
-    """Return an attribute of floats that are all whole as one of integers, any other as it is."""
+    """Return an attribute of floats that are all whole as one of integers, any other as it is.
+
+    Rows without a value (nan) have the label -1, as rows without a partner.
+    """
     values = attribute.values
-    if values.dtype.kind != "f" or not (np.abs(values) <= _LARGEST_LABEL).all():
+    if values.dtype.kind != "f" or np.isnan(values).all():
+        return attribute
+    values = np.where(np.isnan(values), -1.0, values)
+    if not (np.abs(values) <= _LARGEST_LABEL).all():
         return attribute
     whole = np.rint(values)
     same = (whole == values).all()

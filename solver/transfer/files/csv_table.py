@@ -1,7 +1,8 @@
 """Tables of attributes as text (CSV): a line of names, then a line for each vertex or face.
 
 A column ``vertex`` or ``face`` has the number of each line; without it the lines are in the order
-of the file. Columns are grouped as :mod:`.columns` says.
+of the file. Columns are grouped as :mod:`.columns` says. The case of names that mean something here
+does not count.
 """
 
 import csv
@@ -14,16 +15,19 @@ from typing import Final
 import numpy as np
 
 from solver.errors import TransferError
-from solver.transfer.attributes import Attribute
-from solver.transfer.files.columns import Column, from_columns, renamed, to_columns
+from solver.transfer.attributes import WEIGHTS_NAME, Attribute
+from solver.transfer.files.columns import CHANNELS, Column, from_columns, renamed, to_columns
 from solver.transfer.files.limits import check_size
 from solver.transfer.overlap import CORNERS, FACES, VERTICES
 
 _NUMBERED: Final = {"vertex": VERTICES, "face": FACES}
 """Names of the column of numbers, and what is numbered."""
 _NUMBER_OF: Final = {VERTICES: "vertex", FACES: "face", CORNERS: "corner"}
-_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,18}\s*")
-_NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*")
+_NONE: Final = frozenset({"", "nan", "na", "n/a", "null"})
+"""Cells without a value among numbers, in lower case."""
+_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_INFINITE = re.compile(r"[+-]?inf(inity)?", re.IGNORECASE)
 
 
 def read_csv(data: bytes) -> list[Attribute]:
@@ -32,8 +36,8 @@ def read_csv(data: bytes) -> list[Attribute]:
     Raises
     ------
     TransferError
-        It is not UTF-8 text, lines differ in length, a column is named twice or has both numbers
-        and text, or ``vertex`` or ``face`` does not have each number from 0 once.
+        It is not UTF-8 text, lines differ in length, a column has no name, is named twice or has
+        both numbers and text, or ``vertex`` or ``face`` does not have each number from 0 once.
     """
     try:
         text = data.decode("utf-8-sig")
@@ -45,11 +49,16 @@ def read_csv(data: bytes) -> list[Attribute]:
         raise TransferError(f"the CSV file cannot be read: {error}") from error
     if len(rows) < 2:
         raise TransferError("the CSV file has no rows; begin it with a line of names")
-    names = [name.strip() for name in rows[0]]
+    names = _as_reserved([name.strip() for name in rows[0]])
+    if names[0] == "" and len(names) > 1:
+        raise TransferError(
+            "the first column of the CSV file has no name, as pandas writes its index: call it"
+            " vertex or face, or leave it out"
+        )
     if len(set(names)) < len(names) or not all(names):
         raise TransferError("the first line of the CSV file needs a different name for each column")
     check_size(len(names), len(rows) - 1)
-    if len(names) == 1 and ";" in names[0]:
+    if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
         raise TransferError("columns of the CSV file must be separated by commas, and 1.5 is 1.5")
     for number, row in enumerate(rows[1:]):
         if len(row) != len(names):
@@ -74,7 +83,10 @@ def write_csv(attributes: Sequence[Attribute]) -> bytes:
     """
     on, count = attributes[0].on or VERTICES, len(attributes[0].values)
     number = _NUMBER_OF[on]
-    columns = renamed(to_columns(attributes), [number] if on == CORNERS else _NUMBERED)
+    named = to_columns(attributes)
+    # The case of these names does not count when they are read.
+    taken = {name for name in named if name.lower() in _NUMBERED} | {*_NUMBERED}
+    columns = renamed(named, [number] if on == CORNERS else taken)
     stream = io.StringIO(newline="")
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow([number, *columns])
@@ -83,30 +95,58 @@ def write_csv(attributes: Sequence[Attribute]) -> bytes:
 
 
 def column_of(name: str, cells: Sequence[str]) -> Column:
-    """Return cells as int64, float64 or text; nan among numbers, and empty cells of text, are none.
+    """Return cells as int64, float64 or text.
+
+    Among numbers, cells that are empty, ``nan``, ``NA`` or ``null`` in any case are nan; among
+    text, empty ones are none.
 
     Raises
     ------
     TransferError
-        There are both numbers and text, or all cells are empty.
+        There are both numbers and text, a number is infinite, or no cell has a value.
     """
-    whole = [_WHOLE.fullmatch(cell) is not None for cell in cells]
-    if all(whole):
-        return np.array([int(cell) for cell in cells], dtype=np.int64)
-    number = [_NUMBER.fullmatch(cell) is not None for cell in cells]
+    words = [cell.strip() for cell in cells]
+    if all(map(_WHOLE.fullmatch, words)):
+        return np.array([int(word) for word in words], dtype=np.int64)
+    there = [word.lower() not in _NONE for word in words]
+    if not any(there):
+        raise TransferError(f"{name[:40]!r} has no value in any row")
+    number = [_NUMBER.fullmatch(word) is not None for word in words]
+    infinite = [_INFINITE.fullmatch(word) is not None for word in words]
+    numeric = [one or other for one, other in zip(number, infinite, strict=True)]
+    if all(known or not given for known, given in zip(numeric, there, strict=True)):
+        if any(infinite):
+            row = infinite.index(True)
+            raise TransferError(
+                f"{name[:40]!r} has infinite numbers, which cannot be carried: row {row} is"
+                f" {cells[row][:40]!r}"
+            )
+        values = zip(words, there, strict=True)
+        return np.array([float(word) if given else np.nan for word, given in values])
     if any(number):
-        number = [known or cell.strip() == "nan" for known, cell in zip(number, cells, strict=True)]
-    if all(number):
-        return np.array([float(cell) for cell in cells])
-    # Of a column of numbers, the one that is none; of a column of text, the one that is a number.
-    if any(number):
-        row = number.index(not number[0])
+        # Of a column of numbers, the first text; of a column of text, the first number.
+        numbers, texts = sum(numeric), sum(there) - sum(numeric)
+        mostly = numeric[there.index(True)] if numbers == texts else numbers > texts
+        row = next(
+            place
+            for place, (known, given) in enumerate(zip(numeric, there, strict=True))
+            if given and known != mostly
+        )
         raise TransferError(
             f"{name[:40]!r} has both numbers and text: row {row} is {cells[row][:40]!r}"
         )
-    if not any(cell.strip() for cell in cells):
-        raise TransferError(f"{name[:40]!r} is empty in all rows")
     return np.array(cells, dtype=np.str_)
+
+
+def _as_reserved(names: Sequence[str]) -> list[str]:
+    """Return names of columns, with those that mean something here in lower case."""
+    lower = [name.lower() for name in names]
+    reserved = {*_NUMBERED}
+    if {*CHANNELS[:3]} <= {*lower}:
+        reserved |= {*CHANNELS}
+    found = [small if small in reserved else name for small, name in zip(lower, names, strict=True)]
+    skin = f"{WEIGHTS_NAME}."
+    return [skin + one[len(skin) :] if one.lower().startswith(skin) else one for one in found]
 
 
 def _in_order(columns: dict[str, Column], number: str) -> dict[str, Column]:

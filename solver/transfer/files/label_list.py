@@ -13,7 +13,7 @@ _NAME: Final = "label"
 def read_label_list(data: bytes) -> list[Attribute]:
     """Read one label, number or text, of each line; numbers that are all whole are labels.
 
-    An empty line between labels of text is none.
+    An empty line between labels is none: an empty text, or -1.
 
     Raises
     ------

@@ -80,9 +80,9 @@ def test_rows_are_those_of_the_file() -> None:
     for given in ([1.0, 2.0], [1.0] * 4):
         with pytest.raises(ValueError, match=f"{len(given)} rows of values, but .* has 3 vertices"):
             part.transfer(given)
-    for given in (3, 4, 5, 7):  # vertices 4 and 5 have no partner
-        with pytest.raises(ValueError, match=f"{given} rows of values, but .* has 6 vertices"):
-            part.transfer(np.arange(given), direction="target_to_source")
+    for count in (3, 4, 5, 7):  # vertices 4 and 5 have no partner
+        with pytest.raises(ValueError, match=f"{count} rows of values, but .* has 6 vertices"):
+            part.transfer(np.arange(count), direction="target_to_source")
     assert part.transfer(np.arange(6), direction="target_to_source").tolist() == [0, 2, 3]
     assert part.vertex_map().tolist() == [0, 2, 3]
     assert part.vertex_map("target_to_source").tolist() == [0, -1, 2, 0, -1, -1]

@@ -69,7 +69,9 @@ def test_floats_that_are_whole_are_labels_where_there_are_no_others() -> None:
         assert (found.name, found.values.dtype.kind) == ("mask", "i")
         np.testing.assert_array_equal(found.values, mask.values)
     assert [one.name for one in selected([*TABLE, mask], LABELS)] == ["part", "name"]
-    for wrong in (np.nan, np.inf, 0.5, 1e300):
+    (found,) = selected([Attribute("mask", np.append(mask.values, np.nan))], LABELS)
+    np.testing.assert_array_equal(found.values, np.append(mask.values, -1))
+    for wrong in (np.inf, 0.5, 1e300):
         values = np.append(mask.values, wrong)
         with pytest.raises(OptionError, match=r"no labels; there are 'mask' \(scalars\)"):
             selected([Attribute("mask", values)], LABELS)

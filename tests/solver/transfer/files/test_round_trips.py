@@ -279,6 +279,35 @@ def test_a_column_of_vertex_numbers_orders_the_rows(text: str) -> None:
     assert found.values.tolist() == [5, 6, 7]
 
 
+def test_the_case_of_reserved_names_does_not_count() -> None:
+    text = b"VERTEX,Red,GREEN,blue,Weights.Left,weights.Right,Part,Green_\n" + b"".join(
+        b"%d,%d,0,255,0.5,0.5,7,1\n" % (row, row) for row in (1, 0)
+    )
+    found = {one.name: one for one in read_attributes(text, "csv")}
+    assert [*found] == ["colors", "weights", "Part", "Green_"]
+    assert {one.on for one in found.values()} == {VERTICES}
+    np.testing.assert_allclose(255.0 * found["colors"].values, [[0, 0, 255], [1, 0, 255]])
+    assert found["weights"].columns == ("Left", "Right")
+    (alone,) = read_attributes(b"Red\n1\n2\n", "csv")
+    assert alone.name == "Red"
+
+
+def test_a_column_called_as_the_numbers_in_another_case_is_written_under_another_name() -> None:
+    one = Attribute("Vertex", np.array([5, 6, 7]))
+    data = write_attributes([one], "csv", WrittenSurface.of(TRIANGLE, [one]))
+    (found,) = read_attributes(data, "csv")
+    assert (found.name, found.values.tolist()) == ("Vertex_", [5, 6, 7])
+
+
+@pytest.mark.parametrize("none", ["", "nan", "NaN", "NA", "N/A", "null", "NULL", " "])
+def test_cells_without_a_value(none: str) -> None:
+    text = f"a,b,name\n{none},1,head\n2.5,{none},{none}\n3,3,NA\n"
+    found = {one.name: one.values for one in read_attributes(text.encode(), "csv")}
+    np.testing.assert_array_equal(found["a"], [np.nan, 2.5, 3.0])
+    np.testing.assert_array_equal(found["b"], [1.0, np.nan, 3.0])
+    assert found["name"].tolist() == ["head", none, "NA"]  # of text, these are labels
+
+
 # --- values of faces ------------------------------------------------------------------------------
 
 
@@ -378,6 +407,7 @@ def test_triangles_have_the_values_of_the_polygons_that_they_were_cut_from() -> 
         ("3\n1\n2\n", [3, 1, 2]),
         ("1.000000000000000000e+00\r\n-2.0e+00\r\n", [1, -2]),
         ("0.5\n1\n", [0.5, 1.0]),
+        ("3\n\n2\nNaN\n", [3, -1, 2, -1]),
         ("head\n left arm \nhead", ["head", "left arm", "head"]),
     ],
 )
