@@ -6,7 +6,7 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppres
 from functools import partial
 from typing import Any, Final
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from fastapi_offline import FastAPIOffline
 from prometheus_client import CollectorRegistry
 from redis.exceptions import RedisError
@@ -42,6 +42,7 @@ from service.http import (
     KeyRing,
     RequestContext,
     error_handlers,
+    known_parameters,
 )
 from service.http.openapi import document
 from service.monitoring import MeasureRequests, RequestTimes, StoreCollector
@@ -77,6 +78,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         version="1",
         lifespan=_lifespan(settings, closing or asyncio.Event(), registry, ring),
         redirect_slashes=False,
+        dependencies=[Depends(known_parameters)],
     )
     error_handlers.install(app)
     app.add_middleware(HeadLikeGet, routes=app.router.routes)

@@ -48,6 +48,7 @@ from service.http.problems import (
     UploadCancelled,
     UploadTooLarge,
 )
+from service.http.query_parameters import known_parameters
 from service.http.request_context import RequestContext
 from service.http.security import (
     ApiKeys,
@@ -114,6 +115,7 @@ __all__ = [
     "etag_matches",
     "file_response",
     "gzip_response",
+    "known_parameters",
     "page_of",
     "responses",
 ]

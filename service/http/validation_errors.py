@@ -55,7 +55,7 @@ def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
         if error["type"] == "too_short" and error["loc"] in within:
             continue
         address = [part for part in map(str, error["loc"]) if not _BRANCH.fullmatch(part)]
-        said = messages.setdefault(_short(".".join(address)), [])
+        said = messages.setdefault(short(".".join(address)), [])
         message = _message(error)
         if message not in said:
             said.append(message)
@@ -119,5 +119,6 @@ def _message(error: Any) -> str:
     return _WORDS.get(kind) or str(error["msg"]).removeprefix("Value error, ")
 
 
-def _short(field: str) -> str:
+def short(field: str) -> str:
+    """Return the name of a field, cut if it is long."""
     return field if len(field) <= _LONGEST_FIELD else field[: _LONGEST_FIELD - 3] + "..."

@@ -1,0 +1,38 @@
+"""Query parameters that no address takes are refused, as unknown fields of bodies are."""
+
+from fastapi import Request
+
+from broker.contracts import FieldProblem
+from service.http.problems import INVALID, InvalidRequest
+from service.http.security import PROTECTED
+from service.http.validation_errors import MOST_FIELDS, short
+
+
+async def known_parameters(request: Request) -> None:
+    """Dependency that refuses parameters that an operation under ``/v1`` does not have.
+
+    A misspelt filter or view would be answered as if it were not there. The page and the probes
+    take any: other programs decorate their addresses.
+
+    Raises
+    ------
+    InvalidRequest
+        The operation has no such parameter; the message lists those that it has.
+    """
+    if not request.query_params or not request.url.path.startswith(f"{PROTECTED}/"):
+        return
+    path = request.scope["route"].path_format
+    operation = request.app.openapi()["paths"][path][request.method.lower()]
+    every = operation.get("parameters", ())
+    known = sorted(one["name"] for one in every if one["in"] == "query")
+    takes = f"it takes {', '.join(known)}" if known else "it takes none"
+    unknown = [name for name in request.query_params if name not in known]
+    fields = tuple(
+        FieldProblem(
+            field=short(f"query.{name}"),
+            message=f"There is no such parameter at this address; {takes}",
+        )
+        for name in unknown[:MOST_FIELDS]
+    )
+    if fields:
+        raise InvalidRequest(INVALID, fields)
