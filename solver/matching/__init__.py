@@ -24,7 +24,7 @@ from solver.matching.options import (
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, refine_hypotheses
 from solver.matching.relation import Relation, relation
-from solver.matching.report import report_match
+from solver.matching.report import cut_short, report_match
 from solver.matching.result import (
     Correspondence,
     GromovHausdorff,
@@ -68,6 +68,7 @@ __all__ = [
     "certify",
     "check_colors",
     "check_distances",
+    "cut_short",
     "drop_duplicates",
     "enumerate_hypotheses",
     "hypothesis_from_map",

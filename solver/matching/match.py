@@ -7,6 +7,7 @@ from solver.errors import OptionError
 from solver.matching.incomplete import match_detected
 from solver.matching.options import PARTS, MatchOptions
 from solver.matching.part import find_part, match_part
+from solver.matching.report import cut_short
 from solver.matching.result import Match
 from solver.matching.sampling import common_size
 from solver.matching.whole import match_whole
@@ -69,6 +70,7 @@ def match(
         *(f"source: {warning}" for warning in source.mesh.warnings),
         *(f"target: {warning}" for warning in target.mesh.warnings),
         *found.warnings,
+        *cut_short(control),
     )
     return replace(found, warnings=warnings)
 

@@ -14,6 +14,10 @@ from solver.matching.options import CANDIDATES, SAMPLES
 from solver.matching.result import Correspondence, LevelReport, Match, SampleProof
 
 _NOTHING_MATCHED = "no point is matched: raise `occlusion_cost`, which is less than any pair costs"
+_CUT_SHORT = (
+    "the time limit was reached before all was done: answer and bound may be better with a longer"
+    " `time_limit`"
+)
 
 
 def report_match(
@@ -68,6 +72,11 @@ def report_match(
         seconds=proof.seconds,
     )
     return replace(found, proof=proven)
+
+
+def cut_short(control: Control) -> tuple[str, ...]:
+    """Warn of a deadline that has passed before the answer was done."""
+    return (_CUT_SHORT,) if control.expired else ()
 
 
 def _correspondence(

@@ -14,6 +14,7 @@ from solver.matching import (
     Match,
     MatchOptions,
     certify,
+    cut_short,
     enumerate_hypotheses,
     refine_hypotheses,
     report_match,
@@ -97,6 +98,7 @@ def match_prototype(
         *unproven,
         *unlike,
         *misfits,
+        *cut_short(control),
     )
     vertex_ids = np.arange(prototype.points), target.mesh.vertex_ids
     found = report_match([best, *hypotheses[1:]], levels, vertex_ids, warnings, control)

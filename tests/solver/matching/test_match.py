@@ -185,10 +185,16 @@ def test_progress_rises_and_cancellation_leaves() -> None:
 def test_a_match_without_time_has_an_answer(
     standing: SyntheticShape, sitting: SyntheticShape
 ) -> None:
-    found = match(shape_of(standing), shape_of(sitting), MatchOptions(points=16, time_limit=1e-9))
+    shapes_asked = shape_of(standing), shape_of(sitting)
+    found = match(*shapes_asked, MatchOptions(points=16, time_limit=1e-9))
     assert len(found.best.source) == 16
     assert found.lower_bound <= found.best.energy
     assert not found.certified
+    assert any("time limit was reached" in one for one in found.warnings)
+    assert not match(*shapes_asked, MatchOptions(points=6, time_limit=600.0)).warnings
+    assert any(
+        "time limit" in one for one in match(*shapes_asked, control=Control(deadline=0.0)).warnings
+    )
 
 
 def test_least_greatest_distortion(standing: SyntheticShape, sitting: SyntheticShape) -> None:

@@ -207,6 +207,9 @@ def test_a_prototype_finds_its_own_points_on_an_example() -> None:
     assert 0.0 <= answer.lower_bound <= answer.best.energy
     energies = [answer.best.energy, *(one.energy for one in answer.alternatives)]
     assert energies == sorted(energies)
+    hurried = match_prototype(prototype(), humans()[1], replace(_PLAIN, time_limit=1e-9))
+    assert any("time limit was reached" in one for one in hurried.warnings)
+    assert not any("time limit" in one for one in answer.warnings)
 
 
 def test_a_prototype_of_more_points_is_matched_by_levels() -> None:
