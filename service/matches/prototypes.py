@@ -52,7 +52,9 @@ def prototype_parameters(
 def in_force(asked: SourceRequest, prototype: PrototypeRecord) -> MatchParameters:
     """Return the parameters of a match, with those of the prototype where it fixes them."""
     own: dict[str, Any] = {name: getattr(prototype.parameters, name) for name in _FIXED}
-    own["points"] = min(asked.points, prototype.points)
+    if "points" not in asked.model_fields_set:
+        # More that are asked for are warned of; the default is not asked for.
+        own["points"] = min(asked.points, prototype.points)
     own["partial"] = "none"
     own["orientation"] = asked.orientation and prototype.surfaces > 0
     return asked.parameters().model_copy(update=own)

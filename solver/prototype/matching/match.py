@@ -94,6 +94,7 @@ def match_prototype(
     warnings = (
         *(f"prototype: {warning}" for warning in prototype.warnings),
         *(f"target: {warning}" for warning in target.mesh.warnings),
+        *_points_beyond(prototype, options),
         *few_points,
         *unproven,
         *unlike,
@@ -131,6 +132,13 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
             raise OptionError(
                 field, f"it must be as the prototype was learned: {getattr(prototype, field)}"
             )
+
+
+def _points_beyond(prototype: Prototype, options: MatchOptions) -> tuple[str, ...]:
+    """Warn of points that the prototype does not have."""
+    if options.points <= prototype.points:
+        return ()
+    return (f"{options.points} points were asked for: the prototype has {prototype.points}",)
 
 
 def _chosen(given: Sequence[Structure], own: Sequence[Structure]) -> bool:

@@ -185,6 +185,13 @@ def test_a_match_with_a_prototype_is_that_of_the_solver(
     picture = http.get(job["links"]["picture"])
     assert picture.headers["content-type"] == "image/png"
     assert picture.content.startswith(b"\x89PNG")
+    assert not any("points were asked for" in one for one in result.warnings)
+    beyond = {"source": prototype, "target": target, "points": 12}
+    job = http.post("/v1/matches", json=beyond).json()
+    http.get(job["links"]["self"], params={"wait": 60})
+    more = http.get(job["links"]["result"]).json()
+    assert len(more["correspondences"]) == 8
+    assert "12 points were asked for: the prototype has 8" in more["warnings"]
 
 
 def test_examples_are_matched_or_their_correspondences_given(

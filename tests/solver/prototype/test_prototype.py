@@ -223,6 +223,12 @@ def test_a_prototype_of_more_points_is_matched_by_levels() -> None:
     assert answer.lower_bound <= answer.best.energy
 
 
+def test_points_beyond_those_of_the_prototype_are_warned_of() -> None:
+    answer = match_prototype(prototype(), humans()[1], replace(_PLAIN, points=32))
+    assert len(answer.best.source) == 8
+    assert "32 points were asked for: the prototype has 8" in answer.warnings
+
+
 def test_with_little_occlusion_cost_unlikely_points_stay_unmatched() -> None:
     answer = match_prototype(prototype(), humans()[1], replace(_PLAIN, occlusion_cost=1e-6))
     assert len(answer.best.unmatched) == 8
