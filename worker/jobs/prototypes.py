@@ -9,6 +9,7 @@ import numpy as np
 
 from broker.contracts import ExampleReport, PrototypePayload, PrototypeResult
 from solver.control import Control
+from solver.errors import OptionError
 from solver.prototype import (
     CorrespondingExamples,
     PrototypeOptions,
@@ -28,6 +29,9 @@ from worker.jobs.progress import TOTAL
 from worker.pictures import packed_prototype
 
 SPECTRA: Final = "spectra of the examples"
+
+_FEWEST: Final = 2
+"""Examples that a class is learned from: of one shape nothing is known of how others vary."""
 
 _SPECTRA_SHARE: Final = 0.4
 _EXAMPLES_SHARE: Final = 0.4
@@ -52,6 +56,9 @@ def learn(payload: PrototypePayload, context: JobContext) -> bytes:
     middle = _SPECTRA_SHARE + _EXAMPLES_SHARE
     shapes = _load(payload, context, reporter.control(0.0, _SPECTRA_SHARE))
     found = _examples(payload, shapes, reporter.control(_SPECTRA_SHARE, middle))
+    if len(found.examples) < _FEWEST:
+        message = f"{'; '.join(found.warnings)}: a class is learned from {_FEWEST} examples or more"
+        raise OptionError("shapes", message)
     options = options_of(PrototypeOptions, payload.parameters)
     learned = learn_prototype(found.examples, options, reporter.control(middle, 1.0))
     prototype = replace(learned, warnings=(*learned.warnings, *found.warnings))

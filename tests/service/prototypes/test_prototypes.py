@@ -17,6 +17,7 @@ from solver.mesh import read_mesh
 from solver.prototype import match_prototype, prototype_from_bytes, prototype_to_bytes
 from solver.shape import Shape
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.solver import shapes
 from tests.worker.families import family
 from tests.worker.figures import blob_file, off, two_blobs_file
 from tests.worker.records import shape_record
@@ -299,6 +300,19 @@ def test_errors_found_while_learning_name_the_field(
     turned = upload(off(mesh.vertices, np.roll(mesh.faces, 1, axis=0)))["id"]
     error = failed(http, {"shapes": [examples[0], turned], **SHARED})
     assert error["errors"][0]["field"] == "body.shapes.1"
+
+
+def test_a_class_of_one_shape_is_not_learned(
+    http: httpx2.Client, upload: Upload, examples: list[str]
+) -> None:
+    """No registration reaches a needle from a blob, so one example is left."""
+    needle = shapes.tube()
+    other = upload(off(needle.vertices, needle.faces), "needle.off")["id"]
+    error = failed(http, {"shapes": [examples[0], other], **QUICK})
+    (wrong,) = error["errors"]
+    assert wrong["field"] == "body.shapes"
+    assert "shapes.1: left out, for " in wrong["message"]
+    assert "2 examples or more" in wrong["message"]
 
 
 @pytest.mark.parametrize(
