@@ -11,6 +11,31 @@ _LONG: Final = 1.0
 part: that of one hole as large as a twelfth of the area."""
 
 
+_UNLIKE_SIZES: Final = 10.0
+"""Ratio of sizes beyond which specimens are rather in different units, as millimetres and metres,
+than of different size."""
+
+
+def unlike_sizes(names: Sequence[str], sizes: Sequence[float]) -> tuple[str, ...]:
+    """Warn of specimens that are rather in different units than of different size.
+
+    Parameters
+    ----------
+    names
+        Of the registered specimens, one or more.
+    sizes
+        Their centroid sizes, in the units of their files.
+    """
+    ascending = sorted(zip(sizes, names, strict=True))
+    (least, small), (greatest, large) = ascending[0], ascending[-1]
+    if greatest <= _UNLIKE_SIZES * least:
+        return ()
+    return (
+        f"{large!r} is {greatest / least:.3g} times as large as {small!r}: mean and components are"
+        " of sizes rather than of shapes; bring all to one unit, or leave size out with `scale`",
+    )
+
+
 def doubtful_specimens(
     names: Sequence[str],
     confidences: Sequence[float | None],

@@ -32,7 +32,7 @@ from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.registered_files import rows_of_file
-from worker.jobs.registration_warnings import doubtful_specimens
+from worker.jobs.registration_warnings import doubtful_specimens, unlike_sizes
 from worker.jobs.shape_names import shape_names
 
 _LEAST_VERTICES: Final = 4
@@ -127,6 +127,8 @@ def _result(
     registered = [
         (name, one) for name, one in zip(called, found, strict=True) if isinstance(one, _Registered)
     ]
+    registered_names = [name for name, _ in registered]
+    sizes = statistics.alignment.sizes.tolist()
     components = zip(statistics.variances.tolist(), statistics.explained.tolist(), strict=True)
     return RegistrationResult(
         template=payload.template,
@@ -142,11 +144,12 @@ def _result(
         warnings=(
             *(f"template: {warning}" for warning in mesh.warnings),
             *doubtful_specimens(
-                [name for name, _ in registered],
+                registered_names,
                 [_probability(one) for _, one in registered],
                 [one.boundary for _, one in registered],
                 mesh.relative_boundary,
             ),
+            *(() if payload.scale else unlike_sizes(registered_names, sizes)),
         ),
         timings={},
     )

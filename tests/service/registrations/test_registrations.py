@@ -120,6 +120,21 @@ def test_specimens_that_may_be_parts_are_named(
     assert "specimen0" not in said
 
 
+def test_specimens_in_other_units_are_named(
+    http: httpx2.Client, given: tuple[str, list[str]], upload: Upload
+) -> None:
+    template, specimens = given
+    other = triangle_mesh(1000.0 * TEMPLATE.vertices, TEMPLATE.faces)
+    shapes_given = [specimens[0], upload(file_of(other), "millimetres.ply")["id"]]
+    for scale in (False, True):
+        body = {"template": template, "shapes": shapes_given, "scale": scale}
+        found = ended(http, http.post("/v1/registrations", json=body))
+        warnings = http.get(found["links"]["result"]).json()["warnings"]
+        said = [one for one in warnings if "times as large as 'specimen0.ply'" in one]
+        assert len(said) == (not scale)
+        assert all("'millimetres.ply' is 1e+03 times" in one for one in said)
+
+
 def test_a_template_of_too_few_vertices_is_named(
     http: httpx2.Client, given: tuple[str, list[str]]
 ) -> None:

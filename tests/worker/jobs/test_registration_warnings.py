@@ -1,6 +1,6 @@
 """Warnings of registrations: which specimens are named, and which are not."""
 
-from worker.jobs.registration_warnings import doubtful_specimens
+from worker.jobs.registration_warnings import doubtful_specimens, unlike_sizes
 
 NAMES = ["a", "b", "c"]
 
@@ -21,3 +21,10 @@ def test_parts_have_more_boundary_than_the_template() -> None:
     (said,) = doubtful_specimens(NAMES, [0.9] * 3, boundaries, 2.0)
     assert "'c'" in said
     assert "'b'" not in said
+
+
+def test_sizes_of_different_units_are_named() -> None:
+    (said,) = unlike_sizes(NAMES, [2.0, 1800.0, 1.9])
+    assert "'b' is 947 times as large as 'c'" in said
+    assert unlike_sizes(NAMES, [2.0, 19.0, 1.9]) == ()
+    assert unlike_sizes(NAMES[:1], [2.0]) == ()
