@@ -67,7 +67,9 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
     fewer = TriangleMesh.of(
         kept.noting(
             f"simplified from {mesh.n_vertices} to {len(kept.vertices)} vertices; the area became"
-            f" {100.0 * abs(area - 1.0):.2g} % {'larger' if area > 1.0 else 'smaller'}"
+            f" {100.0 * abs(area - 1.0):.2g} % {'larger' if area > 1.0 else 'smaller'};"
+            " a dense map, and what is carried along it, has images of these vertices alone: each"
+            " other one has that of the vertex that it was merged into"
         )
     )
     return replace(fewer, file_rows=mesh.file_rows, is_cloud=mesh.is_cloud)

@@ -50,6 +50,7 @@ def test_the_topology_is_kept_and_vertices_stay_in_their_places(name: str) -> No
     again = triangle_mesh(coarse.vertices, coarse.faces)
     np.testing.assert_array_equal(again.faces, coarse.faces)
     assert f"simplified from {mesh.n_vertices} to {count} vertices" in coarse.warnings[-1]
+    assert "a dense map, and what is carried along it" in coarse.warnings[-1]
 
 
 def test_every_vertex_is_stood_for_by_one_near_it() -> None:
