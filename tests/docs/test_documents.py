@@ -54,6 +54,7 @@ LEAVES = {
 
 
 WRITES = {
+    "docs/collections.md": ("b.obj.ply", "c.off.ply"),
     "docs/gallery.md": (
         "walking-parts.ply",
         "walking-parts.csv",
@@ -63,7 +64,7 @@ WRITES = {
         "dissimilarities.csv",
         "dissimilarities.png",
         "person.npz",
-    )
+    ),
 }
 """Files that its snippets leave."""
 

@@ -262,7 +262,7 @@ class Job(RecordedJob, Generic[ResultT]):
         --------
         >>> for job in client.match_many(template, scans, dense=True).ended_matches():
         ...     if job.state == "succeeded":
-        ...         job.save(f"{job.target}.ply")
+        ...         job.save(f"{job.result().target_name}.ply")
         """
         ended = EndedMatches()
         for _ in self.events():
