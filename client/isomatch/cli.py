@@ -158,7 +158,9 @@ def compare(
     labels_from_names: Annotated[
         bool,
         typer.Option(
-            "--labels-from-names", help="A mesh's class is its file's name up to the first digit."
+            "--labels-from-names",
+            help="A mesh's class is its file's name up to the first digit, or, without a digit, up"
+            " to the first -, _ or blank.",
         ),
     ] = False,
     labels: Annotated[

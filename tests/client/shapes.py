@@ -14,6 +14,22 @@ BUMPS = np.array([[1.0, 0.0, 0.0], [-0.5, 0.9, 0.1], [0.1, -0.4, 0.9], [-0.3, -0
 TURN = Rotation.from_rotvec([0.9, 1.7, 0.6]).as_matrix()
 HEIGHTS = np.array([1.4, 0.9, 0.6, 0.35])
 
+CLASSES = {
+    "standing_individual_01.off": "standing_individual",
+    "cat0.off": "cat",
+    "great ape - 2 (old).ply": "great ape",
+    "01.off": "01",
+    "tail_.off": "tail",
+    "human-sitting.off": "human",
+    "human-sitting2.off": "human-sitting",
+    "wild boar.off": "wild",
+    "-left.off": "-left",
+    "v1.2.off": "v",
+    "cat.smooth.off": "cat.smooth",
+    "cat": "cat",
+}
+"""Classes of names, as the command and the page tell them."""
+
 LASTING: dict[str, Any] = {
     "points": 256,
     "alternatives": 32,

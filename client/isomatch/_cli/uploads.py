@@ -112,6 +112,11 @@ def shape_name(source: str, shape: Shape) -> str:
 
 
 def class_of(name: str) -> str:
-    """Return the class of a shape: its name up to the first digit, without a separator there."""
+    """Return the class of a shape, as the page does: see ``classOf`` of its ``tasks.js``.
+
+    It is the name up to the first digit, without a separator there, or, without a digit, up to the
+    first ``-``, ``_`` or blank.
+    """
     stem = Path(name).stem
-    return re.split(r"[\s_.-]*\d", stem, maxsplit=1)[0] or stem
+    end = r"[\s_.-]*[0-9]" if re.search("[0-9]", stem) else r"[\s_-]"
+    return re.split(end, stem, maxsplit=1)[0] or stem

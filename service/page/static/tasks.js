@@ -146,10 +146,17 @@ const components = (shapes) => (shapes.some((shape) => shape.components > 1)
   ? checkbox("largest_component", true, "Take only the largest component of shapes that have several", false)
   : null);
 
-// Names like cat0.off and cat1.off: what comes before the first digit or dash is the class.
+/**
+ * Class of a shape, as `isomatch compare --labels-from-names` has it: its name up to the first digit, without a separator there,
+ * or, without a digit, up to the first dash, underscore or blank.
+ */
+export function classOf(name) {
+  const stem = name.replace(/(?<=.)\.[^.]*$/, "");
+  return stem.split(/\d/.test(stem) ? /[\s_.-]*\d/ : /[\s_-]/, 1)[0] || stem;
+}
+
 function classes(shapes) {
-  const labels = shapes.map((shape) => shape.name.match(/^[^\d\-.]+/)?.[0].replace(/[\s_]+$/, "") ?? "");
-  const useful = labels.every((label) => label) && new Set(labels).size < labels.length;
-  if (!useful) return null;
+  const labels = shapes.map((shape) => classOf(shape.name));
+  if (new Set(labels).size === labels.length) return null;
   return checkbox("labels", JSON.stringify(labels), `Names begin with the class: ${[...new Set(labels)].join(", ")}`, true);
 }

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
 from tests.client._models.test_schema import OPENAPI
+from tests.client.shapes import CLASSES
 from tests.service.conftest import Api
 from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
@@ -192,6 +193,11 @@ def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
     """
     assert call(page, "tasks", body, [60000, 5000]) == [[["checkbox", False]]] * 4
     assert call(page, "tasks", body, [20000, 5000]) == [[["number", False]]] * 4
+
+
+def test_classes_are_those_of_the_command(page: Page) -> None:
+    found = call(page, "tasks", "return given.map(m.classOf)", [*CLASSES])
+    assert found == [*CLASSES.values()]
 
 
 def test_tasks_have_the_limits_of_the_api(page: Page) -> None:
