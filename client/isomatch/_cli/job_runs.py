@@ -69,14 +69,20 @@ def cancelled_by_interrupt(
         with interrupts_deferred():
             job = start()
         yield job
-        if page is not None and not as_json:
-            typer.echo(f"in a browser: {page.rstrip('/')}/#job={job.id}", err=True)
+        if page is not None:
+            echo_link(page, job.id, as_json)
     except KeyboardInterrupt:
         if job is not None:
             state = job.cancel().state
             ended = state in ("succeeded", "failed")
             typer.echo(f"job {job.id} {f'has {state} already' if ended else 'cancelled'}", err=True)
         raise
+
+
+def echo_link(page: str, job_id: str, as_json: bool) -> None:
+    """Print where a job is on the page, unless the standard error is kept free of messages."""
+    if not as_json:
+        typer.echo(f"in a browser: {page.rstrip('/')}/#job={job_id}", err=True)
 
 
 def run(

@@ -11,7 +11,7 @@ import typer
 
 from isomatch._cli import render
 from isomatch._cli.exit_codes import Failures, connected, leave
-from isomatch._cli.job_runs import echo_models, interrupts_deferred
+from isomatch._cli.job_runs import echo_link, echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
 from isomatch._cli.parameter_options import MATCH
@@ -76,6 +76,8 @@ class _Collection:
                         typer.echo(f"{count} of {len(specimens)}: {specimen}", err=True)
                     with self.failures.named(specimen):
                         yield specimen, job.result(progress=not self.as_json)
+                        for job_id in job.job_ids:
+                            echo_link(self.client.base_url, job_id, self.as_json)
                     self.pending.popleft()
                     if specimen in self.failures.names:
                         job.cancel()

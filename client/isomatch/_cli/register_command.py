@@ -7,11 +7,13 @@ import typer
 
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, Failures, connected
-from isomatch._cli.job_runs import interrupts_deferred, result_stays
+from isomatch._cli.job_runs import cancelled_by_interrupt, result_stays
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._cli.uploads import shape_name, uploaded, usable
+from isomatch._clients import Job
 from isomatch._http import DEFAULT_URL
+from isomatch._results import Registration
 
 PICTURE = "components.png"
 ARRAYS = "components.npz"
@@ -52,20 +54,19 @@ def register(
         _check_names(names)
         # Names of shapes that were given by their ids are known by now.
         files_given(folder, _files(names), inputs)
-        with interrupts_deferred():
-            job = client.register(source, shapes, scale=scale, largest_component=largest_component)
-        try:
-            found = job.result(progress=not as_json)
-        except KeyboardInterrupt:
-            job.cancel()
-            raise
-        with result_stays(job, as_json):
-            found.save_meshes(folder, names)
-            job.save_picture(folder / PICTURE)
-        if as_json:
-            typer.echo(found.to_json())
-        else:
-            print_registration(found, render.standard_output())
+
+        def start() -> Job[Registration]:
+            return client.register(source, shapes, scale=scale, largest_component=largest_component)
+
+        with cancelled_by_interrupt(start, client.base_url, as_json) as job:
+            found: Registration = job.result(progress=not as_json)
+            with result_stays(job, as_json):
+                found.save_meshes(folder, names)
+                job.save_picture(folder / PICTURE)
+            if as_json:
+                typer.echo(found.to_json())
+            else:
+                print_registration(found, render.standard_output())
         failures.check()
         if not all(one.registered for one in found.specimens):
             raise typer.Exit(REFUSED)

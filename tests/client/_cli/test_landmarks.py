@@ -45,6 +45,9 @@ def test_a_file_for_each_specimen_and_one_that_fails(
     assert f"{broken}: not a" in done.stderr
     assert f"no landmarks for {broken}" in done.stderr.splitlines()[-1]
     assert f"2 of 2: {blobs[1]}" in done.stderr
+    (link,) = [one for one in done.stderr.splitlines() if one.startswith("in a browser: ")]
+    with isomatch.Client(url) as client:
+        assert client.job(link.removeprefix(f"in a browser: {url}/#job=")).state == "succeeded"
     assert sorted(path.name for path in out.iterdir()) == ["b.mrk.json", "landmarks.csv"]
     (found,) = isomatch.read_landmarks(out / "b.mrk.json")
     assert (found.name, found.labels) == ("b", GIVEN.labels)

@@ -66,12 +66,16 @@ def test_the_command_writes_a_file_for_each_specimen(
     assert done.returncode == 1, done.stderr
     assert f"isomatch: {text}: not an OFF file" in done.stderr
     assert "could not be registered" in " ".join(done.stdout.split())
+    page, job_id = done.stderr.splitlines()[-1].split("#job=")
+    assert page == f"in a browser: {url}/"
+    with isomatch.Client(url) as client:
+        assert client.job(job_id).kind == "registration"
     names = {path.name for path in out.iterdir()}
     assert names == {"b.ply", "mean.ply", "components.npz", "components.png"}
     opened: Any = trimesh.load(out / "b.ply", process=False)
     np.testing.assert_array_equal(opened.faces, FIRST.faces)
     done = run("register", blobs[0], blobs[1], "-o", out, "--json", url=url)
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout)["specimens"][0]["flipped"] == 0
 
 
