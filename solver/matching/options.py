@@ -203,8 +203,10 @@ class MatchOptions(ParameterSet):
         "Pairs of vertices that are known to correspond. One is of the source's file, the other of"
         " the target's, counted from 0. They are sampled first and matched with one another, count"
         " among `points`, and decide between symmetric solutions: one on a hand distinguishes left"
-        " from right. A vertex that repair or `simplify` has merged into another is replaced by"
-        ' that one. With `occlusion_cost`, they may stay unmatched too. Not with objective "linf".',
+        " from right. They choose the answer, and do not bend it: the `dense` map may lead beside"
+        ' them, and `refine` "gmds" may move them. A vertex that repair or `simplify` has merged'
+        " into another is replaced by that one. With `occlusion_cost`, they may stay unmatched too."
+        ' Not with objective "linf".',
         longest=MAX_LANDMARKS,
     )
     proof: str = parameter(

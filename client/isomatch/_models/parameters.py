@@ -43,9 +43,10 @@ class MatchParameters(TypedDict, total=False):
         Pairs of vertices that are known to correspond. One is of the source's file, the other
         of the target's, counted from 0. They are sampled first and matched with one another,
         count among `points`, and decide between symmetric solutions: one on a hand
-        distinguishes left from right. A vertex that repair or `simplify` has merged into
-        another is replaced by that one. With `occlusion_cost`, they may stay unmatched too. Not
-        with objective ``"linf"``; up to 32 [[]].
+        distinguishes left from right. They choose the answer, and do not bend it: the `dense`
+        map may lead beside them, and `refine` ``"gmds"`` may move them. A vertex that repair or
+        `simplify` has merged into another is replaced by that one. With `occlusion_cost`, they
+        may stay unmatched too. Not with objective ``"linf"``; up to 32 [[]].
     occlusion_cost
         Cost of leaving a source point unmatched (gamma of (5)). In units of the weighted
         energy, in which a match without distortion costs 0; if left out, large enough that
