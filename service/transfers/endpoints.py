@@ -125,4 +125,7 @@ def _check_rows(attributes: AttributesRecord, shape: ShapeRecord, name: str) -> 
         f"it has {attributes.rows:,} rows, but {name} has {shape.file_vertices:,} vertices and"
         f" {shape.file_faces:,} faces; give a row for each vertex, or for each face"
     )
+    if attributes.file_type == "csv" and given & {shape.file_vertices - 1, shape.file_faces - 1}:
+        first = ", ".join(one.name for one in attributes.attributes)
+        message += f"; the first line, {first[:40]!r}, was taken for the names of the columns"
     refuse([FieldProblem(field="body.attributes", message=message)], _REFUSED)

@@ -48,7 +48,7 @@ COMPARE_EXAMPLES: Final = _epilog(
 TRANSFER_EXAMPLES: Final = _epilog(
     (
         "a segmentation of a.off, a label in each line, for b.obj",
-        "isomatch transfer a.off b.obj parts.csv --what labels -o parts_of_b.csv",
+        "isomatch transfer a.off b.obj parts.seg --what labels -o parts_of_b.csv",
     ),
     (
         "skinning weights of the mesh itself",

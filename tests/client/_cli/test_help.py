@@ -88,7 +88,7 @@ def test_examples_are_accepted(
         "scan0.ply",
         "stranger.off",
         "a.glb",
-        "parts.csv",
+        "parts.seg",
     ):
         Path(name).touch()
     for name in ("template.ply", "template.mrk.json", "a.ply", "a.tps", "b.ply", "b.fcsv"):

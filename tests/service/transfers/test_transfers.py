@@ -354,6 +354,13 @@ def test_files_that_do_not_fit(http: httpx2.Client, match: str) -> None:
     assert answer["errors"][0]["field"] == "body.attributes"
     has = f"body.ply has {COUNT:,} vertices and {MESH.n_faces:,} faces"
     assert has in answer["errors"][0]["message"]
+    assert "was taken for the names" not in answer["errors"][0]["message"]
+    for count in (COUNT, MESH.n_faces):
+        nameless = send(http, "\n".join(f"part{row % 9}" for row in range(count)).encode())
+        wrong = {"match": match, "attributes": nameless.json()["id"], "what": "labels"}
+        answer = problem(http.post("/v1/transfers", json=wrong), 422, "invalid-request")
+        said = answer["errors"][0]["message"]
+        assert said.endswith("the first line, 'part0', was taken for the names of the columns")
     long = send(http, table(a=range(3 * COUNT))).json()["id"]
     asked["attributes"] = long
     problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
