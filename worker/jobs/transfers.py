@@ -25,8 +25,9 @@ from broker.store import Store
 from solver import registration, transfer
 from solver.arrays import FloatArray
 from solver.control import Control
-from solver.errors import OptionError, TransferError
+from solver.errors import MeshError, OptionError, TransferError
 from solver.mesh import TriangleMesh
+from solver.mesh.formats import mesh_in_zip
 from solver.mesh.textures import Paint
 from solver.transfer import (
     COLORS,
@@ -264,8 +265,9 @@ def _attributes(payload: TransferPayload, context: JobContext) -> tuple[Attribut
     if shape is None or data is None:
         raise ShapeGone(payload.source)
     try:
-        return read_attributes(data, shape.file_type)
-    except TransferError as error:
+        inside = mesh_in_zip(data) if shape.file_type == "zip" else (shape.file_type, data)
+        return read_attributes(inside[1], inside[0])
+    except (MeshError, TransferError) as error:
         message = f"the shape's own file has none ({error}); upload a file of attributes"
         raise OptionError("attributes", message) from error
 

@@ -13,7 +13,7 @@ all texture coordinates but the first (glTF), and takes 18 s for a GLB file of 2
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from solver.mesh.formats.archive import read_zip
+from solver.mesh.formats.archive import mesh_in_zip, read_zip
 from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, placed_nodes
@@ -52,6 +52,7 @@ __all__ = [
     "Property",
     "TriangleSoup",
     "binary_columns",
+    "mesh_in_zip",
     "placed_nodes",
     "ply_columns",
     "read_glb_with",

@@ -67,6 +67,19 @@ def read_zip(data: bytes) -> TriangleSoup:
     return _ALONE[kind](contents)
 
 
+def mesh_in_zip(data: bytes) -> tuple[str, bytes]:
+    """Return the format and the bytes of the mesh file in a ZIP archive.
+
+    Raises
+    ------
+    MeshError
+        As :func:`read_zip`, but for what is wrong with the mesh file.
+    """
+    archive = _Archive.opened(data)
+    name = archive.mesh_name()
+    return _extension(name), archive.read(name)
+
+
 @dataclass
 class _Archive:
     file: zipfile.ZipFile

@@ -30,10 +30,12 @@ from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.solver.mesh.textures.textured_files import (
+    MTL,
     image_file,
     ramp,
     textured_glb,
     textured_obj,
+    zipped,
     zipped_obj,
 )
 
@@ -518,6 +520,21 @@ def test_what_a_file_does_not_have(
     assert failed["state"] == "failed"
     assert failed["error"]["status"] == 422
     assert failed["error"]["errors"][0]["field"] == field
+
+
+def test_labels_of_an_obj_in_a_zip(
+    http: httpx2.Client, upload: Upload, pair: tuple[str, str]
+) -> None:
+    lines = textured_obj(MESH.vertices, MESH.faces, MESH.vertices[:, :2]).decode().splitlines()
+    faces = [place for place, line in enumerate(lines) if line.startswith("f ")]
+    for at, name in ((faces[len(faces) // 2], "g hind"), (faces[0], "g front")):
+        lines.insert(at, name)
+    obj = "\n".join(lines).encode()
+    files = {"skin.obj": obj, "skin.mtl": MTL, "skin.png": image_file(ramp())}
+    packed = upload(zipped(files), "packed.zip")["id"]
+    match = matched(http, (packed, pair[1]), points=12, dense=True)["id"]
+    found = arrays_of(http, carried(http, match, what="labels"))
+    assert set(found["group"]) == {"front", "hind"}
 
 
 def test_a_shape_without_attributes_of_its_own(http: httpx2.Client, match: str) -> None:
