@@ -209,6 +209,9 @@ def test_the_file_that_is_refused_is_named(
     # The format is that of the file, whatever name it is given; a pipe has none.
     assert run("upload", blobs[0], "--name", "anything", url=url).returncode == 0
     assert "--file-type off" in run("upload", "-", url=url).stderr
+    nameless = text.with_name("nameless")
+    nameless.write_bytes(blobs[0].read_bytes())
+    assert "--file-type off" in run("match", nameless, blobs[1], url=url).stderr
     with text.open("rb") as file:
         piped = run("upload", "-", "--file-type", "off", url=url, stdin=file)
     assert piped.stderr.startswith("isomatch: the standard input: not an OFF file")
