@@ -1,5 +1,6 @@
 """``isomatch jobs``: all jobs of the service."""
 
+from pathlib import Path
 from typing import Annotated, Final, cast
 
 import typer
@@ -8,6 +9,7 @@ from isomatch._cli import render
 from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, connected
 from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given
 from isomatch._cli.options import (
+    OUTPUT,
     AsJson,
     Output,
     Picture,
@@ -16,6 +18,7 @@ from isomatch._cli.options import (
     Url,
     WhichPicture,
     id_given,
+    registered_given,
 )
 from isomatch._http import DEFAULT_URL
 from isomatch._models import JobState
@@ -24,6 +27,26 @@ JobId = Annotated[
     str, typer.Argument(help="Id of the job, or its beginning, of eight digits or more.")
 ]
 JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs, or their beginnings.")]
+
+Registered = Annotated[
+    Path | None,
+    typer.Option(
+        "--registered",
+        callback=registered_given,
+        help="Write the source of a dense match on its target, or the template of a registration on"
+        " a specimen, to this PLY, OBJ or GLB file.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Specimen = Annotated[
+    int | None,
+    typer.Option(
+        "--specimen",
+        min=0,
+        help="Specimen of a registration that --registered writes, counted from 0.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 
 _AFTER_CANCEL: Final[dict[JobState, str]] = {
     "queued": "is queued",
@@ -110,16 +133,25 @@ def result(
     picture: Picture = None,
     alternative: WhichPicture = None,
     view: SeenFrom = None,
+    registered: Registered = None,
+    specimen: Specimen = None,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Print the result of a job when it has ended; Ctrl-C does not cancel the job."""
-    for option, given in (("--alternative", alternative), ("--view", view)):
-        if given is not None and picture is None:
-            raise typer.BadParameter("it needs --picture FILE", param_hint=option)
+    needed = (
+        ("--alternative", alternative, "--picture", picture),
+        ("--view", view, "--picture", picture),
+        ("--specimen", specimen, "--registered", registered),
+    )
+    for option, given, other, file in needed:
+        if given is not None and file is None:
+            raise typer.BadParameter(f"it needs {other} FILE", param_hint=option)
     with connected(url, as_json) as client:
         job = job_given(client, job_id)
         with job_continues(job):
             finish(job, as_json, output, picture, alternative=alternative, view=view)
+            if registered is not None:
+                job.save_registered(registered, specimen or 0)
 
 
 @jobs.command()

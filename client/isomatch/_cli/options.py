@@ -110,6 +110,13 @@ def picture_given(given: Path | None) -> Path | None:
     return writable(given)
 
 
+def registered_given(given: Path | None) -> Path | None:
+    """Return the name of a file of a registered surface; see :func:`writable`."""
+    if given is not None and given.suffix.lower() not in (".ply", ".obj", ".glb"):
+        raise typer.BadParameter(f"registered surfaces are PLY, OBJ or GLB files: {given.stem}.ply")
+    return writable(given)
+
+
 OUTPUT: Final = "Output and service"
 """Heading of the options that all commands have in common."""
 

@@ -79,13 +79,24 @@ def test_the_command_writes_a_file_for_each_specimen(
     assert json.loads(done.stdout)["specimens"][0]["flipped"] == 0
 
 
-def test_the_result_is_printed_again_with_names_beside_ids(
-    client: isomatch.Client, url: str, blobs: tuple[Path, Path]
+def test_the_result_is_printed_and_written_again(
+    client: isomatch.Client, url: str, blobs: tuple[Path, Path], tmp_path: Path
 ) -> None:
     template, other = map(client.upload, blobs)
     job = client.register(template, [other])
-    done = run("jobs", "result", job.id, url=url)
+    done = run("jobs", "result", job.id, "--registered", file := tmp_path / "b.obj", url=url)
     assert done.returncode == 0, done.stderr
+    opened: Any = trimesh.load(file, process=False)
+    np.testing.assert_array_equal(opened.faces, FIRST.faces)
+    for wrong, said in (
+        (["--registered", tmp_path / "b.stl"], "PLY, OBJ or GLB"),
+        (["--specimen", "1"], "it needs --registered FILE"),
+    ):
+        refused = run("jobs", "result", job.id, *wrong, url=url)
+        assert refused.returncode == 2
+        assert said in " ".join(refused.stderr.replace("│", " ").split())
+    beyond = ("--registered", tmp_path / "c.ply", "--specimen", "1")
+    assert run("jobs", "result", job.id, *beyond, url=url).returncode == 1
     (line,) = [line for line in done.stdout.splitlines() if "b.obj" in line]
     assert line.split()[:2] == ["b.obj", other.id]
     listed = run("jobs", "list", "--kind", "registration", url=url).stdout
