@@ -47,13 +47,17 @@ class ParameterOption:
     topic: str
 
     @property
+    def flag(self) -> str:
+        """The option as it is given; one for each entry of a list."""
+        flag = "--" + self.name.replace("_", "-")
+        return flag.removesuffix("s") if self.kind == "landmarks" else flag
+
+    @property
     def argument(self) -> inspect.Parameter:
         """The option as an argument of a command."""
-        flag = "--" + self.name.replace("_", "-")
+        flag = self.flag
         if self.kind == "boolean":
             flag += "/--no-" + self.name.replace("_", "-")
-        elif self.kind == "landmarks":
-            flag = flag.removesuffix("s")
         example = "hks:times=0.1,1" if self.name == "descriptor" else "diffusion:time=0.02"
         form = _FORMS.get(self.kind, "").format(example=example)
         option = typer.Option(flag, help=self.help + form, rich_help_panel=self.topic or None)

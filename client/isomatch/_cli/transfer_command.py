@@ -19,10 +19,12 @@ from isomatch._cli.options import (
     output_given,
     shapes_given,
 )
+from isomatch._cli.parameter_options import MATCH
+from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import uploaded
 from isomatch._clients import Client
 from isomatch._http import DEFAULT_URL
-from isomatch._models import Shape
+from isomatch._models import MatchParameters, Shape
 from isomatch._results import KINDS, Direction, Element, TransferKind
 
 Along = Annotated[
@@ -110,9 +112,17 @@ TAKEN: Final[Mapping[TransferKind, tuple[str, ...]]] = {
 """Options that a kind takes; what is not here takes none of them."""
 
 
+MATCHING: Final = tuple(
+    one for one in MATCH if one.name in ("partial", "landmarks", "largest_component")
+)
+"""Parameters of the match of two meshes."""
+
+
+@takes(MATCHING)
 def transfer(
     along: Along,
     what: What,
+    parameters: MatchParameters,
     back: Back = False,
     on: On = None,
     name: Names = None,
@@ -134,9 +144,12 @@ def transfer(
     direction: Direction = "target_to_source" if back else "source_to_target"
     _check_options(kind, {"--point": point, "--name": name, "--on": on, "--influences": influences})
     points = landmark_points(point)
+    if parameters and len(meshes) < 2:
+        named = next(one.flag for one in MATCHING if one.name in parameters)
+        raise typer.BadParameter("the match is made already; leave it out", param_hint=named)
     with connected(url, as_json) as client:
         match = (
-            _matched(client, meshes, as_json, _Carried(kind, back, file, points))
+            _matched(client, meshes, parameters, as_json, _Carried(kind, back, file, points))
             if len(meshes) > 1
             else job_given(client, meshes[0]).id
         )
@@ -219,12 +232,19 @@ class _Carried:
                 )
 
 
-def _matched(client: Client, meshes: list[str], as_json: bool, carried: _Carried) -> str:
+def _matched(
+    client: Client,
+    meshes: list[str],
+    parameters: MatchParameters,
+    as_json: bool,
+    carried: _Carried,
+) -> str:
     """Match two meshes, and return the id of the job."""
     source, target = uploaded(client, meshes, as_json)
     carried.check(source, target)
+    parameters["dense"] = True
     with cancelled_by_interrupt(
-        lambda: client.match(source, target, dense=True), None, as_json
+        lambda: client.match(source, target, **parameters), None, as_json
     ) as job:
         job.result(progress=not as_json)
     return job.id

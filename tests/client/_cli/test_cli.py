@@ -325,6 +325,24 @@ def test_what_a_shape_does_not_have_is_missed_before_it_is_matched(
     assert "succeeded" not in done.stderr
 
 
+def test_two_meshes_are_matched_with_the_options_of_a_transfer(
+    url: str, blobs: tuple[Path, Path]
+) -> None:
+    what = ("--what", "landmarks", "--point", "17")
+    options = ("--partial", "none", "--landmark", "17:203", "--largest-component")
+    done = run("transfer", *blobs, *what, *options, "--json", url=url)
+    assert done.returncode == 0, done.stderr
+    with isomatch.Client(url) as client:
+        job = client.job(json.loads(done.stdout)["match"])
+        found: isomatch.Match = job.result()
+    asked: dict[str, Any] = {**found.parameters}
+    assert [tuple(pair) for pair in asked["landmarks"]] == [(17, 203)]
+    assert (asked["partial"], asked["largest_component"]) == ("none", True)
+    again = run("transfer", job.id, *what, "--landmark", "17:203", url=url)
+    assert again.returncode == 2
+    assert "Invalid value for --landmark: the match is made already" in again.stderr
+
+
 @pytest.mark.parametrize("what", KINDS)
 def test_files_of_transfers_are_those_of_the_service(what: TransferKind) -> None:
     payload = TransferPayload(
