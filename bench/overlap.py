@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
-from bench.cut import VERTICES, Cut, cut, half
+from bench.conditions import CONDITIONS, scanned
+from bench.cut import VERTICES, Cut, cut, half, known_part
 from bench.humans import USUAL, random_pose, random_proportions
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
@@ -19,6 +20,8 @@ OVERLAPS = 0.5, 0.9
 
 NEAR = 0.02
 """Distance in space over √area from a true partner within which a vertex has one."""
+
+_ENDS = "three ends cut off"
 
 CutOf = Callable[[TriangleMesh, FloatArray, np.random.Generator], tuple[IntArray, TriangleMesh]]
 
@@ -65,6 +68,12 @@ def generated_overlap(seed: int) -> tuple[str, KnownShape, KnownShape]:
         shares = truly_covered(source, target).mean(), truly_covered(target, source).mean()
         if OVERLAPS[0] <= min(shares) and max(shares) <= OVERLAPS[1]:
             return kind, source, target
+
+
+def without_ends(whole: KnownShape) -> KnownShape:
+    """Return a shape without the ends of three limbs; points that it lacks are -1 in its truth."""
+    part = scanned(whole.shape.surface, CONDITIONS[_ENDS]).mesh
+    return known_part(whole, _ENDS, part.vertex_ids, part)
 
 
 def truly_covered(shape: KnownShape, other: KnownShape) -> BoolArray:

@@ -6,7 +6,9 @@ With ``--cut``, parts are cut out of every shape of the folder, or of generated 
 classes, and matched with the one before it in its class. With ``--halves``, the left, right, front
 and back half of every shape of the folder are matched with another shape.
 With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
-of two in turn; or every two shapes of the folder that lack known points.
+of two in turn; or every two shapes of the folder that lack known points. With ``--ends``, too:
+every shape of the folder, or of generated figures of six classes, and the one before it in its
+class, three ends of limbs cut off each.
 
 Printed are the mean geodesic error of the points of the first shape that are matched, over √area of
 the second one; of the vertices without a partner, the F1 score on the second shape, and on the
@@ -30,7 +32,7 @@ from bench.cut import CUTS, HALF, VERTICES, cut_out, generated_part
 from bench.halves import half_pairs
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, map_error
-from bench.overlap import generated_overlap, truly_covered
+from bench.overlap import generated_overlap, truly_covered, without_ends
 from solver.arrays import BoolArray, IntArray
 from solver.matching import MatchOptions, match
 from synthetic import CLASSES
@@ -116,18 +118,22 @@ def pairs(
 
 def cut_pairs(folder: Path | None, first: int) -> Iterator[Pair]:
     """Yield a part of each shape, and the one before it in its class."""
+    kinds = [*CUTS, HALF]
+    for seed, (one, other) in enumerate(_neighbours(folder), first):
+        yield cut_out(one, kinds[seed % len(kinds)], np.random.default_rng(seed)), other
+
+
+def _neighbours(folder: Path | None) -> list[Pair]:
+    """Each shape, and the one before it in its class."""
     classes: dict[str, list[KnownShape]] = {}
     for one in collection(folder, classes=len(CLASSES)):
         classes.setdefault(one.category, []).append(one)
-    neighbours = [
+    return [
         (one, shapes[number - 1])
         for shapes in classes.values()
         for number, one in enumerate(shapes)
         if len(shapes) > 1
     ]
-    kinds = [*CUTS, HALF]
-    for seed, (one, other) in enumerate(neighbours, first):
-        yield cut_out(one, kinds[seed % len(kinds)], np.random.default_rng(seed)), other
 
 
 def overlapping_pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
@@ -143,6 +149,8 @@ def overlapping_pairs(folder: Path | None, count: int, first: int) -> Iterator[P
 def chosen_pairs(arguments: argparse.Namespace) -> Iterator[Pair]:
     """Pairs that the command line asks for."""
     folder, first = arguments.data, arguments.first
+    if arguments.ends:
+        return ((without_ends(one), without_ends(other)) for one, other in _neighbours(folder))
     if arguments.halves:
         return half_pairs(read_collection(folder))
     if arguments.cut:
@@ -244,6 +252,7 @@ def main() -> None:
     parser.add_argument("--halves", action="store_true", help="halve shapes of the folder")
     parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--both", action="store_true", help="match parts with parts")
+    parser.add_argument("--ends", action="store_true", help="cut ends off both")
     parser.add_argument("--detected", action="store_true", help="do not say which is the part")
     parser.add_argument("--fit", action="store_true", help="fit the confidence")
     arguments = parsed(parser)
@@ -253,7 +262,9 @@ def main() -> None:
         parser.error("--count is for generated parts: leave out --data and --cut")
     if arguments.halves and (arguments.cut or arguments.both or not arguments.data):
         parser.error("--halves is for shapes of a folder: give --data, leave out --cut and --both")
-    both = arguments.both
+    if arguments.ends and (arguments.cut or arguments.halves or arguments.count is not None):
+        parser.error("--ends cuts shapes of its own: leave out --cut, --halves and --count")
+    both = arguments.both or arguments.ends
     partial = "detected" if arguments.detected else "both" if both else "source"
     options = MatchOptions(dense=True, partial=partial, proof="candidates")
     f1, shares = f"{'F1':>7}" * (1 + both), f"{'share':>7}{'true':>7}" * (1 + both)

@@ -57,11 +57,12 @@ class MatchParameters(TypedDict, total=False):
         and each lacks points of the other. With ``"detected"``, both are matched as wholes, and
         again with the one with more boundary as a part, if that boundary is longer than half of
         √area and it lacks more than a thirteenth of the other's area by that match; where both
-        boundaries are so long, the answer of greater confidence is taken. Points without a
-        partner stay unmatched, vertices without one are left out of `dense`; `overlap` of the
-        result tells which shares of both have one. Points are matched at one level, by geodesic
-        distance, and `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is
-        that of the files, else it is found. Not with `refine` [``"detected"``].
+        boundaries are longer than 0.3 √area, again as overlapping, which is the answer if
+        either lacks as much or the two disagree. Points without a partner stay unmatched,
+        vertices without one are left out of `dense`; `overlap` of the result tells which shares
+        of both have one. Points are matched at one level, by geodesic distance, and
+        `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is that of the
+        files, else it is found. Not with `refine` [``"detected"``].
     normalise
         Scale all shapes to unit area first, so that shapes of any size compare. If False, size
         counts: distances and the parameters of structures are in the users' unit of length, and
