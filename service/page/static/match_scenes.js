@@ -120,9 +120,14 @@ function pointsOf(side, pairs, refined) {
 // Colours of the surfaces, computed on first use.
 function shadesOf(sides, points, colors, dense) {
   const known = [];
-  const make = (at) => (dense !== null && sides.length === 2 && at === 0
-    ? transferredColors(sides, dense, surfaceColors(sides[1].mesh, points[1], colors))
-    : surfaceColors(sides[at].mesh, points[at], colors));
+  const near = (at) => surfaceColors(sides[at].mesh, points[at], colors);
+  const make = (at) => {
+    if (dense === null || sides.length === 1) return near(at);
+    if (at === 0) return transferredColors(sides, dense, near(1));
+    // What has no partner, as of the whole that a part is matched with, is grey on the target, too.
+    const mapped = dense.inverse?.target;
+    return mapped ? transferredColors([sides[1], sides[1]], { source: mapped, target: mapped }, near(1)) : near(1);
+  };
   return (at) => (known[at] ??= make(at));
 }
 

@@ -310,6 +310,20 @@ def test_confidence_is_shown_with_the_reasons(page: Page, api: Api, matched: Pag
         expect(page.locator(".proof .badge")).to_have_text("certified")
 
 
+def test_what_a_part_lacks_is_grey(page: Page, api: Api, matched: Page) -> None:
+    result, job = result_of(matched, api), job_of(matched)
+    inverse = result["dense"]["inverse"]
+    half = {name: values[: len(values) // 2] for name, values in inverse.items()}
+    changed = result | {"dense": result["dense"] | {"inverse": half}}
+    page.route(f"**/v1/jobs/{job}/result", answering(changed))
+    page.goto(f"/#/jobs/{job}")
+    shown(page)
+    grey = r"s => s.data[0].vertexcolor.filter((c) => /rgb\((\d+),\1,\1\)/.test(c)).length"
+    lacking = len(inverse["target"]) - len(half["target"])
+    assert scenes(page)[1].evaluate(grey) == lacking
+    assert scenes(page)[0].evaluate(grey) == 0
+
+
 def test_less_energy_of_another_correspondence_is_explained(
     page: Page, api: Api, matched: Page
 ) -> None:
