@@ -72,14 +72,30 @@ export async function orNull(answer) {
 
 export const remove = (path) => request(path, { method: "DELETE" });
 
+/** Idempotency keys of requests whose answer is unknown, by address and body: repeated, they make no second job. */
+const unanswered = new Map();
+
 export async function post(path, body) {
-  const answer = await request(path, {
-    method: "POST",
-    headers: { "Content-Type": "application/json" },
-    body: JSON.stringify(body),
-  });
-  return answer.json();
+  const text = JSON.stringify(body);
+  const name = `${path} ${text}`;
+  if (!unanswered.has(name)) unanswered.set(name, newKey());
+  try {
+    const answer = await request(path, {
+      method: "POST",
+      headers: { "Content-Type": "application/json", "Idempotency-Key": unanswered.get(name) },
+      body: text,
+    });
+    const job = await answer.json();
+    unanswered.delete(name);
+    return job;
+  } catch (error) {
+    if (error instanceof Problem && !error.passing) unanswered.delete(name);
+    throw error;
+  }
 }
+
+// crypto.randomUUID exists on secure addresses alone.
+const newKey = () => [...crypto.getRandomValues(new Uint32Array(4))].join("-");
 
 /**
  * Upload a file.

@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, FilePayload, Page, Request, Route, expe
 
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, idle_api, put_shapes
-from tests.service.page.conftest import SMALL, opened
+from tests.service.page.conftest import SMALL, job_of, opened
 
 
 @pytest.fixture(scope="module")
@@ -119,6 +119,29 @@ def test_a_form_without_its_fields_is_not_sent(page: Page, idle: Api) -> None:
     assert "#/with/" in page.url
     submit.click()
     page.wait_for_url("**/#/jobs/*")
+
+
+def test_a_request_whose_answer_is_lost_makes_one_job(page: Page, idle: Api) -> None:
+    page.goto(f"/#/with/{'/'.join(put_shapes(idle))}")
+    made: list[str] = []
+
+    def lose(route: Route) -> None:
+        made.append(route.fetch().json()["id"])
+        route.abort()
+
+    page.route("**/v1/matches", lose)
+    submit = page.get_by_role("button", name="Match", exact=True)
+    submit.click()
+    expect(page.get_by_role("alert")).to_contain_text("does not answer")
+    page.unroute("**/v1/matches")
+    submit.click()
+    page.wait_for_url("**/#/jobs/*")
+    assert [job_of(page)] == made
+    # It was answered: the same contents make another job.
+    page.go_back()
+    submit.click()
+    page.wait_for_url("**/#/jobs/*")
+    assert [job_of(page)] != made
 
 
 def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> None:
