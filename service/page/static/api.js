@@ -6,6 +6,10 @@ import { askForKey, authorization } from "./api_key.js";
 const AGAIN = 500;
 /** Milliseconds between questions whether a worker is ready, while the answer to an upload waits for its validation. */
 const ASK = 1500;
+/** Milliseconds until the answer to a request must begin: the service itself waits up to 30 s for its store. */
+const PATIENCE = 40_000;
+/** The same for files, which may have to be made first. */
+export const PATIENCE_FOR_FILES = 90_000;
 /** Statuses of a service that is away or busy for a while, or of a proxy before it. */
 const PASSING = new Set([0, 429, 502, 503, 504]);
 
@@ -31,6 +35,13 @@ export class Problem extends Error {
     });
   }
 
+  static silent(patience) {
+    return new Problem(0, {
+      title: "No answer",
+      detail: `The service has not answered for ${Math.round(patience / 1000)} s. Is the network up?`,
+    });
+  }
+
   static read(status, text) {
     try {
       return new Problem(status, JSON.parse(text));
@@ -40,17 +51,25 @@ export class Problem extends Error {
   }
 }
 
-/** Send a request with the API key, if there is one; if one is missing, ask the user for it. */
-export async function request(path, options = {}) {
+/**
+ * Send a request with the API key, if there is one; if one is missing, ask the user for it.
+ * @param {Object} options those of fetch, and `patience`, the milliseconds until its answer must begin
+ */
+export async function request(path, { signal = null, patience = PATIENCE, ...options } = {}) {
   for (;;) {
+    const late = new AbortController();
+    const timer = setTimeout(() => late.abort(Problem.silent(patience)), patience);
     let answer;
     try {
       answer = await fetch(path, {
         ...options,
+        signal: AbortSignal.any([late.signal, ...(signal ? [signal] : [])]),
         headers: { ...authorization(), ...options.headers },
       });
     } catch (error) {
-      throw error.name === "AbortError" ? error : Problem.away();
+      throw error instanceof Problem || error.name === "AbortError" ? error : Problem.away();
+    } finally {
+      clearTimeout(timer);
     }
     if (answer.ok) return answer;
     const problem = Problem.read(answer.status, await answer.text());

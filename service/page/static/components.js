@@ -1,6 +1,6 @@
 // The mean shape of a registration, which sliders move along its principal components.
 
-import { request } from "./api.js";
+import { PATIENCE_FOR_FILES, request } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { percent } from "./format.js";
 import { openNpz } from "./npz.js";
@@ -33,7 +33,7 @@ export async function componentView(place, result, job, signal) {
 }
 
 async function showPicture(place, job, signal) {
-  const address = URL.createObjectURL(await (await request(job.links.picture, { signal })).blob());
+  const address = URL.createObjectURL(await (await request(job.links.picture, { signal, patience: PATIENCE_FOR_FILES })).blob());
   signal.addEventListener("abort", () => URL.revokeObjectURL(address));
   fill(place, h("img", { src: address, class: "picture", alt: "The mean shape, and it moved along its principal components" }));
 }

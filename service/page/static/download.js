@@ -1,6 +1,6 @@
 // Links to files of the service; with an API key, the file is fetched with that key.
 
-import { request } from "./api.js";
+import { PATIENCE_FOR_FILES, request } from "./api.js";
 import { h } from "./dom.js";
 import { key } from "./api_key.js";
 import { problemBox } from "./problem.js";
@@ -29,7 +29,7 @@ export function download(path, text, name) {
     if (key() === null) return;
     event.preventDefault();
     try {
-      const response = await request(path);
+      const response = await request(path, { patience: PATIENCE_FOR_FILES });
       save(await response.blob(), nameOf(response) ?? name);
     } catch (error) {
       link.after(problemBox(error));

@@ -5,6 +5,8 @@ import { Problem, get, request } from "./api.js";
 const ENDED = new Set(["succeeded", "failed", "cancelled"]);
 /** Milliseconds until a reconnection. */
 const PAUSE = 1000;
+/** Milliseconds of silence after which a connection is lost: the service sends something every 15 s. */
+const SILENCE = 35_000;
 
 export const ended = (job) => ENDED.has(job.state);
 
@@ -53,17 +55,29 @@ export async function resultOf({ links }, signal) {
 async function* events(body) {
   const reader = body.pipeThrough(new TextDecoderStream()).getReader();
   let text = "";
-  for (;;) {
-    const { done, value } = await reader.read();
-    if (done) return;
-    text += value;
-    const blocks = text.split("\n\n");
-    text = blocks.pop();
-    for (const block of blocks) {
-      const event = fields(block);
-      if (event.data !== undefined) yield event;
+  try {
+    for (;;) {
+      const { done, value } = await soon(reader.read());
+      if (done) return;
+      text += value;
+      const blocks = text.split("\n\n");
+      text = blocks.pop();
+      for (const block of blocks) {
+        const event = fields(block);
+        if (event.data !== undefined) yield event;
+      }
     }
+  } finally {
+    reader.cancel().catch(() => {});
   }
+}
+
+async function soon(answer) {
+  let timer;
+  const late = new Promise((_, reject) => {
+    timer = setTimeout(() => reject(Problem.silent(SILENCE)), SILENCE);
+  });
+  return Promise.race([answer, late]).finally(() => clearTimeout(timer));
 }
 
 function fields(block) {

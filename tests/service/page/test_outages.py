@@ -164,6 +164,26 @@ def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> No
     expect(status).to_have_text("Waiting: no worker is alive.")
 
 
+def test_a_dead_connection_is_noticed(page: Page, idle: Api) -> None:
+    source, target = put_shapes(idle)
+    job = requested(idle, "matches", {"source": source, "target": target})
+    page.clock.install()
+    with page.expect_response("**/events"):
+        page.goto(f"/#/jobs/{job}")
+    status = page.locator(".status")
+    expect(status).to_have_text("Waiting: no worker is alive.")
+    # Nothing has arrived for so long, by the clock of the page.
+    page.clock.fast_forward(36_000)
+    expect(status).to_have_text("Connection lost; trying again.")
+    page.clock.fast_forward(1_000)
+    expect(status).to_have_text("Waiting: no worker is alive.")
+    page.route(f"**/v1/shapes/{source}", unanswered)
+    with page.expect_request(f"**/v1/shapes/{source}"):
+        page.goto(f"/#/shapes/{source}")
+    page.clock.fast_forward(41_000)
+    expect(page.get_by_role("alert")).to_contain_text("has not answered for 40 s")
+
+
 def test_a_cancelled_job_is_requested_again(page: Page, idle: Api) -> None:
     shapes = put_shapes(idle)
     job = requested(idle, "dissimilarities", {"shapes": shapes, "points": 3})
