@@ -20,6 +20,7 @@ const MOST_UNCOUNTED = 4;
 export async function homeView(place, ids, signal, task = null) {
   const chosen = [];
   const last = { task };
+  const uploading = { files: 0, changed: () => {} };
   let forms = new AbortController();
   signal.addEventListener("abort", () => forms.abort());
   const selected = h("section", { "aria-labelledby": "chosen-title", class: "card", hidden: true });
@@ -42,10 +43,13 @@ export async function homeView(place, ids, signal, task = null) {
     forms.abort();
     forms = new AbortController();
     told.textContent = sentence(chosen);
-    showChosen(selected, chosen, last, show, forms.signal);
+    showChosen(selected, chosen, last, uploading, show, forms.signal);
   };
   const listShapes = async () => fill(shapes, await shapeList(choose, signal));
-  const uploads = dropZone(choose, () => listShapes().catch((error) => fill(shapes, problemBox(error))), signal);
+  const uploads = dropZone(choose, () => listShapes().catch((error) => fill(shapes, problemBox(error))), (files) => {
+    uploading.files = files;
+    uploading.changed();
+  }, signal);
 
   fill(place,
     h("p", { class: "lead" },
@@ -79,7 +83,7 @@ export async function homeView(place, ids, signal, task = null) {
 const sentence = (chosen) => (chosen.length > MOST_UNCOUNTED ? `${chosen.length} shapes are chosen.`
   : chosen.length > 0 ? `Chosen: ${chosen.map((shape) => shape.name).join(", ")}.` : "");
 
-function showChosen(node, chosen, last, changed, signal) {
+function showChosen(node, chosen, last, uploading, changed, signal) {
   keepFocus(node, () => { node.hidden = chosen.length === 0; });
   if (chosen.length === 0) return;
   const swap = () => {
@@ -90,7 +94,7 @@ function showChosen(node, chosen, last, changed, signal) {
     h("h2", { id: "chosen-title" }, chosen.length > MOST_UNCOUNTED ? `${chosen.length} chosen shapes` : "Chosen shapes"),
     h("ol", scrolled("chips", chosen.length, "Chosen shapes"), chosen.map((shape, at) => chip(shape, at, chosen, changed))),
     chosen.length === 2 && !isPrototype(chosen[0]) ? button("Swap source and target", swap) : null,
-    chosen.length > 1 ? jobForm(chosen, last, signal) : h("p", { class: "faint" }, "Choose another shape."));
+    chosen.length > 1 ? jobForm(chosen, last, uploading, signal) : h("p", { class: "faint" }, "Choose another shape."));
 }
 
 function chip(shape, at, chosen, changed) {

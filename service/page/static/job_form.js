@@ -8,28 +8,39 @@ import { isOff, occupied, turnOff } from "./focus.js";
 import { count } from "./format.js";
 import { fieldName, problemBox, withNames } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
+import { stillUploading } from "./uploads.js";
 
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
 
 /**
  * A form for one of the tasks that the chosen shapes allow.
  * @param {Object} last `task`, the name of the task that was chosen last; kept up to date
+ * @param {Object} uploading `files`, how many are still uploading; the form, which waits for them, takes `changed`
  */
-export function jobForm(shapes, last, signal) {
+export function jobForm(shapes, last, uploading, signal) {
   const learned = isPrototype(shapes[0]);
   const parts = h("div", { class: "fields" });
   const said = h("div", { "aria-live": "polite" });
   const submit = h("button", { type: "submit", class: "primary" });
+  const awaited = h("span", { class: "faint", role: "status" });
   const form = h("form", { novalidate: true, "aria-label": "Task" });
   // Requested once: an answer that came twice would replace fields that are already filled in.
   let structures = null;
   let task;
+  let complete = false;
+  // A job that is requested now would lack the files that still come.
+  const allow = () => {
+    awaited.textContent = uploading.files > 0 ? stillUploading(uploading.files) : "";
+    turnOff(submit, !complete || uploading.files > 0);
+  };
+  uploading.changed = allow;
   const take = async (name) => {
     const taken = TASKS[name];
     last.task = name;
     task = taken;
     submit.textContent = task.title;
-    turnOff(submit, true);
+    complete = false;
+    allow();
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
     try {
       structures ??= get("/v1/structures", signal);
@@ -37,7 +48,8 @@ export function jobForm(shapes, last, signal) {
       if (task !== taken) return;
       fill(parts, fieldsOf(task, known, shapes, signal));
       restoreEntries(name, form);
-      turnOff(submit, false);
+      complete = true;
+      allow();
     } catch (error) {
       structures = null;
       if (!signal.aborted) fill(parts, problemBox(error), button("Try again", () => take(last.task)));
@@ -72,7 +84,7 @@ export function jobForm(shapes, last, signal) {
   const names = tasksFor(shapes.length, learned);
   const allowed = names.filter((name) => !isOver(name, shapes));
   const first = allowed.includes(last.task) ? last.task : allowed[0] ?? names[0];
-  fill(form, names.length > 1 ? choiceOf(names, first, shapes, take) : null, parts, said, h("p", { class: "actions" }, submit, defaults));
+  fill(form, names.length > 1 ? choiceOf(names, first, shapes, take) : null, parts, said, h("p", { class: "actions" }, submit, defaults, awaited));
   take(first);
   return form;
 }

@@ -8,17 +8,27 @@ import { jobView } from "./job.js";
 import { landmarkView } from "./landmark_view.js";
 import { prototypeView } from "./prototype.js";
 import { shapeView } from "./shape.js";
-import { takeDroppedAnywhere } from "./uploads.js";
+import { mayLeave, takeDroppedAnywhere } from "./uploads.js";
 
 const main = document.getElementById("main");
 let leaving = new AbortController();
+let navigations = 0;
 
 const ROUTES = {
   jobs: jobView, landmarks: landmarkView, shapes: shapeView, prototypes: prototypeView, with: homeView, "": homeView,
   task: (place, [task, ...ids], signal) => homeView(place, ids, signal, task),
 };
 
-async function show() {
+async function show(event) {
+  const wanted = location.href;
+  const own = ++navigations;
+  if (!(await mayLeave())) {
+    // Shapes that have arrived meanwhile are in the address already.
+    if (event && location.href === wanted) history.replaceState(null, "", event.oldURL);
+    return;
+  }
+  if (own !== navigations) return;
+  if (location.href !== wanted) history.replaceState(null, "", wanted);
   leaving.abort();
   leaving = new AbortController();
   const { signal } = leaving;
@@ -32,7 +42,7 @@ async function show() {
     await view(place, rest.filter(Boolean), signal);
   } catch (error) {
     if (signal.aborted) return;
-    place.append(problemBox(error), error.passing ? h("p", {}, button("Try again", show)) : "");
+    place.append(problemBox(error), error.passing ? h("p", {}, button("Try again", () => show())) : "");
   }
 }
 

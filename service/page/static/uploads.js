@@ -4,7 +4,8 @@ import { upload } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { keepFocus } from "./focus.js";
 import { problemBox } from "./problem.js";
-import { percent } from "./format.js";
+import { percent, several } from "./format.js";
+import { confirmed } from "./question.js";
 
 /** Uploads up to which their list has no scroll bar. */
 const MOST_UNSCROLLED = 5;
@@ -12,23 +13,39 @@ const MOST_UNSCROLLED = 5;
 const AT_ONCE = 4;
 const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
 
+/** Files that are being uploaded. */
+let uploading = 0;
+
+/** Whether the start page may be left: if files are being uploaded, the user is asked. */
+export const mayLeave = async () => uploading === 0 || (asking ??= confirmed("Leave this page?",
+  `${stillUploading(uploading)} Those that are not sent yet would be lost.`, "Leave", "Stay").finally(() => { asking = null; }));
+let asking = null;
+
+/** "4 files are still uploading." */
+export const stillUploading = (number) => `${several(number, "file")} ${number === 1 ? "is" : "are"} still uploading.`;
+
 /**
  * A drop zone.
  * @param {function(Object)} arrived called with each uploaded shape, in the order of the files
  * @param {function()} complete called when all have arrived
+ * @param {function(number)} pending called with the number of files that are being uploaded, at each change
  * @returns {Object} `node`; `take`, which uploads files; `begin`, from when on files dropped elsewhere are taken
  */
-export function dropZone(arrived, complete, signal) {
+export function dropZone(arrived, complete, pending, signal) {
   const said = h("p", { class: "faint", role: "status" });
   const list = h("ul", { class: "uploads", "aria-label": "Uploads" });
   let [wanted, uploaded, refused] = [0, 0, 0];
   const tell = () => {
-    const over = uploaded + refused === wanted;
+    if (signal.aborted) return;
+    uploading = wanted - uploaded - refused;
+    pending(uploading);
+    const over = uploading === 0;
     const parts = [`${uploaded} of ${wanted} files uploaded`, ...(refused > 0 ? [`${refused} refused`] : [])];
     said.textContent = over && (refused === 0 || wanted === 1) ? "" : parts.join(", ");
     if (over) [wanted, uploaded, refused] = [0, 0, 0];
     list.tabIndex = list.childElementCount > MOST_UNSCROLLED ? 0 : -1;
   };
+  signal.addEventListener("abort", () => { uploading = 0; });
   const inTurn = limited(AT_ONCE);
   // Names of the files by the ids of their shapes.
   const first = new Map();
@@ -95,8 +112,9 @@ function droppable(zone, take) {
 // Files that are dropped outside an area are for the start page, which takes them when it is shown.
 const elsewhere = { take: null, waiting: [] };
 
-/** Take files that are dropped anywhere: a browser would leave the page and show them instead. */
+/** Take files that are dropped anywhere: a browser would leave the page and show them instead. Also ask before it is closed. */
 export function takeDroppedAnywhere() {
+  window.addEventListener("beforeunload", (event) => uploading > 0 && event.preventDefault());
   window.addEventListener("dragover", (event) => event.preventDefault());
   window.addEventListener("drop", (event) => {
     if (event.defaultPrevented) return;

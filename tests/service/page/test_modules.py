@@ -217,7 +217,7 @@ def test_tasks_for_fewer_shapes_cannot_be_chosen(page: Page) -> None:
     body = """
         const shapes = Array.from({ length: given }, (_, at) => ({ id: `s${at}`, name: `s${at}.off`,
           vertices: 9, faces: 9, components: 1, has_colors: false }));
-        const form = m.jobForm(shapes, { task: "map" }, new AbortController().signal);
+        const form = m.jobForm(shapes, { task: "map" }, { files: 0 }, new AbortController().signal);
         const task = form.querySelector("[value=map]");
         return [task.disabled, task.checked, task.parentElement.textContent];
     """

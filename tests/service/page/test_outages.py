@@ -40,6 +40,12 @@ def files(count: int) -> list[FilePayload]:
     return [{"name": f"{n}.off", "mimeType": "", "buffer": b"OFF # %d" % n} for n in range(count)]
 
 
+def leave(page: Page) -> None:
+    """Leave the start page, though files are being uploaded."""
+    page.get_by_role("dialog").get_by_role("button", name="Leave").click()
+    expect(page.get_by_role("dialog")).to_have_count(0)
+
+
 def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> None:
     source, target = put_shapes(idle)
     job = requested(idle, "matches", {"source": source, "target": target})
@@ -64,14 +70,35 @@ def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> N
     sent: list[Request] = []
     page.on("request", lambda asked: sent.append(asked) if asked.method == "POST" else None)
     page.goto("/#/nowhere")
+    leave(page)
     page.goto("/#/")
     page.locator("#files").set_input_files(files(10))
     expect(page.locator(".uploads .name")).to_have_count(10)
     expect(page.locator(".uploads li").filter(has_text="no worker is alive")).to_have_count(4)
     page.evaluate("job => { location.hash = `#/jobs/${job}` }", job)
+    leave(page)
     expect(page.locator("[data-state=queued]")).to_be_visible()
     assert page.url.endswith(f"#/jobs/{job}")
     assert len(sent) == 4
+
+
+def test_a_job_waits_for_files_that_are_uploaded(page: Page, idle: Api) -> None:
+    page.goto(f"/#/with/{'/'.join(put_shapes(idle))}")
+    submit = page.get_by_role("button", name="Match", exact=True)
+    expect(submit).to_have_attribute("aria-disabled", "false")
+    page.locator("#files").set_input_files(files(5))
+    expect(page.get_by_text("5 files are still uploading.", exact=True)).to_be_visible()
+    expect(submit).to_have_attribute("aria-disabled", "true")
+    # Who is asked, and stays, loses nothing.
+    page.get_by_role("link", name="isomatch", exact=True).click()
+    expect(page.get_by_role("dialog")).to_contain_text("5 files are still uploading.")
+    page.keyboard.press("Escape")
+    expect(page.locator(".uploads .name")).to_have_count(5)
+    assert "#/with/" in page.url
+    page.get_by_role("link", name="isomatch", exact=True).click()
+    leave(page)
+    expect(page.locator(".uploads .name")).to_have_count(0)
+    assert page.url.endswith("#/")
 
 
 def test_an_upload_says_that_no_worker_is_ready(browser: Browser, server: EmbeddedServer) -> None:
@@ -84,6 +111,7 @@ def test_an_upload_says_that_no_worker_is_ready(browser: Browser, server: Embedd
         # The answer to the upload waits for its validation.
         expect(page.locator(".uploads li")).to_contain_text("no worker is alive")
         page.goto("/#/nowhere")
+        leave(page)
 
 
 def test_a_service_that_does_not_answer_is_asked_again(page: Page, idle: Api) -> None:
@@ -103,6 +131,7 @@ def test_a_service_that_does_not_answer_is_asked_again(page: Page, idle: Api) ->
     page.get_by_role("button", name="Try again").click()
     expect(page.locator(".uploads li")).to_contain_text("no worker is alive")
     page.goto("/#/nowhere")
+    leave(page)
     expect(page.get_by_role("button", name="Try again")).to_have_count(0)
 
 
