@@ -15,11 +15,12 @@ const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
 
 /** Files that are being uploaded. */
 let uploading = 0;
+/** The question whether to leave them, while it is open. */
+let asking = null;
 
 /** Whether the start page may be left: if files are being uploaded, the user is asked. */
 export const mayLeave = async () => uploading === 0 || (asking ??= confirmed("Leave this page?",
   `${stillUploading(uploading)} Those that are not sent yet would be lost.`, "Leave", "Stay").finally(() => { asking = null; }));
-let asking = null;
 
 /** "4 files are still uploading." */
 export const stillUploading = (number) => `${several(number, "file")} ${number === 1 ? "is" : "are"} still uploading.`;
@@ -34,15 +35,16 @@ export const stillUploading = (number) => `${several(number, "file")} ${number =
 export function dropZone(arrived, complete, pending, signal) {
   const said = h("p", { class: "faint", role: "status" });
   const list = h("ul", { class: "uploads", "aria-label": "Uploads" });
-  let [wanted, uploaded, refused] = [0, 0, 0];
+  let [wanted, uploaded, refused, unsent] = [0, 0, 0, 0];
   const tell = () => {
     if (signal.aborted) return;
-    uploading = wanted - uploaded - refused;
+    uploading = wanted - uploaded - refused - unsent;
     pending(uploading);
     const over = uploading === 0;
-    const parts = [`${uploaded} of ${wanted} files uploaded`, ...(refused > 0 ? [`${refused} refused`] : [])];
-    said.textContent = over && (refused === 0 || wanted === 1) ? "" : parts.join(", ");
-    if (over) [wanted, uploaded, refused] = [0, 0, 0];
+    const parts = [`${uploaded} of ${wanted} files uploaded`, ...(refused > 0 ? [`${refused} refused`] : []),
+      ...(unsent > 0 ? [`${unsent} not sent`] : [])];
+    said.textContent = over && (uploaded === wanted || wanted === 1) ? "" : parts.join(", ");
+    if (over) [wanted, uploaded, refused, unsent] = [0, 0, 0, 0];
     list.tabIndex = list.childElementCount > MOST_UNSCROLLED ? 0 : -1;
   };
   signal.addEventListener("abort", () => { uploading = 0; });
@@ -53,9 +55,10 @@ export function dropZone(arrived, complete, pending, signal) {
     const named = [...files];
     wanted += named.length;
     const uploads = named.map(async (file) => {
-      const shape = await sent(file, list, inTurn, signal, { take, input });
-      if (shape === null) refused += 1;
-      else uploaded += 1;
+      const { shape = null, problem } = await sent(file, list, inTurn, signal, { take, input });
+      if (shape !== null) uploaded += 1;
+      else if (problem?.passing) unsent += 1;
+      else refused += 1;
       tell();
       return shape;
     });
@@ -174,18 +177,19 @@ async function sent(file, list, inTurn, signal, { take, input }) {
     }, signal));
     line.remove();
     for (const warning of shape.warnings) list.append(note(`${shape.name}: ${warning}`));
-    return shape;
+    return { shape };
   } catch (error) {
-    if (error.name === "AbortError") return null;
+    if (error.name === "AbortError") return {};
     const remove = () => keepFocus(list.parentElement, () => line.remove());
     const act = (text, action) => button(text, () => {
       remove();
       action();
     }, { class: "small" });
-    fill(line, h("span", { class: "name" }, file.name), problemBox(error), h("p", { class: "actions" },
+    fill(line, h("span", { class: "name" }, file.name), error.passing ? h("span", { class: "faint" }, " not sent") : null,
+      problemBox(error), h("p", { class: "actions" },
       error.passing ? act("Try again", () => take([file])) : act("Choose another file", () => input.click()),
       act("Dismiss", () => {})));
-    return null;
+    return { problem: error };
   }
 }
 

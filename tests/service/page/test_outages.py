@@ -93,12 +93,12 @@ def test_a_job_waits_for_files_that_are_uploaded(page: Page, idle: Api) -> None:
     page.get_by_role("link", name="isomatch", exact=True).click()
     expect(page.get_by_role("dialog")).to_contain_text("5 files are still uploading.")
     page.keyboard.press("Escape")
+    page.wait_for_url("**/#/with/**")
     expect(page.locator(".uploads .name")).to_have_count(5)
-    assert "#/with/" in page.url
     page.get_by_role("link", name="isomatch", exact=True).click()
     leave(page)
     expect(page.locator(".uploads .name")).to_have_count(0)
-    assert page.url.endswith("#/")
+    page.wait_for_url("**/#/")
 
 
 def test_an_upload_says_that_no_worker_is_ready(browser: Browser, server: EmbeddedServer) -> None:
@@ -125,8 +125,12 @@ def test_a_service_that_does_not_answer_is_asked_again(page: Page, idle: Api) ->
     # An upload is sent again.
     page.goto("/#/")
     page.route("**/v1/shapes", lambda route: route.abort())
-    page.locator("#files").set_input_files(files(1))
-    expect(page.get_by_role("alert")).to_contain_text("does not answer")
+    page.locator("#files").set_input_files(files(2))
+    expect(page.get_by_role("alert")).to_have_count(2)
+    expect(page.get_by_role("alert").first).to_contain_text("does not answer")
+    expect(page.locator(".uploads li").first).to_contain_text("not sent")
+    expect(page.get_by_text("0 of 2 files uploaded, 2 not sent", exact=True)).to_be_visible()
+    page.get_by_role("button", name="Dismiss").first.click()
     page.unroute("**/v1/shapes")
     page.get_by_role("button", name="Try again").click()
     expect(page.locator(".uploads li")).to_contain_text("no worker is alive")
