@@ -35,7 +35,11 @@ export async function landmarkView(place, [id], signal) {
   if (!result.dense || result.source_kind !== "shape") {
     throw new Problem(0, { title: "No dense map", detail: "Landmarks are carried along the dense map of a match of two shapes; match again with it." });
   }
-  const shapes = await Promise.all([result.source, result.target].map((shape) => get(`/v1/shapes/${shape}`, signal)));
+  // An upload may have another name than the one that its file is stored under.
+  const shapes = await Promise.all(ENDS.map(async (end) => {
+    const shape = await get(`/v1/shapes/${result[end]}`, signal);
+    return { ...shape, name: result[`${end}_name`] ?? shape.name };
+  }));
   document.title = `Landmarks of ${shapes[TARGET].name} – isomatch`;
   const sides = await Promise.all(shapes.map((shape, at) => drawnShape(shape, ENDS[at], signal)));
   rotateAll(sides, result.correspondences);

@@ -60,8 +60,10 @@ def carried(
     vertices, faces = blob(3)
     target = vertices + 7.0
     first = upload(off(vertices, faces) + b"# with landmarks\n", "template.off")["id"]
-    second = upload(off(target, faces), "specimen.one.off")["id"]
+    second = upload(off(target, faces), "stored.off")["id"]
     asked = {"source": first, "target": second, "points": 8, "eigenpairs": 30, "dense": True}
+    # It was uploaded again under another name.
+    asked["target_name"] = "specimen.one.off"
     job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
     file = tmp_path_factory.mktemp("landmarks") / "template.mrk.json"
     rows = [(label, vertices[v]) for label, v in zip(LABELS, AT, strict=False)]
@@ -116,6 +118,7 @@ def test_landmarks_are_carried_and_named(
     for scene in (source, target):
         drawn = scene.evaluate("s => s.data[1].text")
         assert drawn == ["tip, left", "&lt;b&gt;apex", "side", "lost"]
+    expect(view.get_by_role("heading").get_by_role("link").last).to_have_text("specimen.one.off")
     found = saved(view, "mrk.json", tmp_path)
     assert found.labels == LABELS
     assert found.present.tolist() == [True, True, True, False]
