@@ -34,6 +34,10 @@ class Subject:
         The matched or uploaded prototype.
     name
         Name of the upload, or of the prototype that is learned.
+    names
+        Names that the request gave the shapes, in its order; None for those they are stored under.
+    match
+        Id of the job of the match that something is carried along.
     """
 
     source: str | None = None
@@ -41,6 +45,8 @@ class Subject:
     shapes: tuple[str, ...] = ()
     prototype: str | None = None
     name: str | None = None
+    names: tuple[str | None, ...] = ()
+    match: str | None = None
 
     @property
     def named(self) -> tuple[str, ...]:
@@ -51,23 +57,28 @@ class Subject:
 def subject_of(payload: Payload) -> Subject:
     """Return the subject of a job; empty if the job serves another job."""
     match payload:
-        case MatchPayload(source=source, target=target) if is_prototype(source):
-            return Subject(source, target, (target,), source)
-        case (
-            MatchPayload(source=source, target=target)
-            | TransferPayload(source=source, target=target)
-        ):
-            return Subject(source, target, tuple(dict.fromkeys((source, target))))
-        case BatchPayload(source=source, targets=targets) if is_prototype(source):
-            return Subject(source, None, tuple(dict.fromkeys(targets)), source)
+        case MatchPayload(source=source, target=target):
+            learned = is_prototype(source)
+            shapes = (target,) if learned else tuple(dict.fromkeys((source, target)))
+            prototype = source if learned else None
+            own = (payload.source_name, payload.target_name)
+            return Subject(source, target, shapes, prototype, names=own)
+        case TransferPayload(source=source, target=target):
+            shapes = tuple(dict.fromkeys((source, target)))
+            return Subject(source, target, shapes, match=payload.match)
         case BatchPayload(source=source, targets=targets):
-            return Subject(source, None, tuple(dict.fromkeys((source, *targets))))
+            learned = is_prototype(source)
+            shapes = tuple(dict.fromkeys(targets if learned else (source, *targets)))
+            prototype = source if learned else None
+            names = (payload.source_name, *payload.target_names)
+            return Subject(source, None, shapes, prototype, names=names)
         case DissimilaritiesPayload() | ConsistentMapsPayload():
-            return Subject(shapes=payload.shapes)
+            return Subject(shapes=payload.shapes, names=payload.names or ())
         case PrototypePayload():
             return Subject(shapes=payload.shapes, name=payload.name)
         case RegistrationPayload(template=template, shapes=shapes):
-            return Subject(template, shapes=tuple(dict.fromkeys((template, *shapes))))
+            names = () if payload.names is None else (payload.template_name, *payload.names)
+            return Subject(template, shapes=tuple(dict.fromkeys((template, *shapes))), names=names)
         case ValidationPayload():
             return Subject(shapes=(payload.shape,), name=payload.name)
         case AttributesValidationPayload():

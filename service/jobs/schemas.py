@@ -36,6 +36,7 @@ class JobLinks(BaseModel):
     exports: tuple[str, ...] = Field(
         description="Its result as files of other formats, for kinds that have them."
     )
+    match: str | None = Field(description="The match that it carries something along.")
     partial: str | None = Field(
         description="Its result as far as it is known while the job runs, for kinds done in parts."
     )
@@ -68,6 +69,8 @@ class Job(BaseModel):
                     "shape_count": 2,
                     "prototype": None,
                     "name": None,
+                    "names": ["cat0.off", "cat1.off"],
+                    "parameters": {"points": 64, "dense": True},
                     "progress": {"stage": "spectrum of the source", "fraction": 0.2},
                     "created": "2026-03-01T12:00:00Z",
                     "started": "2026-03-01T12:00:01Z",
@@ -92,6 +95,7 @@ class Job(BaseModel):
                         "picture": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.png",
                         "arrays": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.npz",
                         "exports": ["/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.csv"],
+                        "match": None,
                         "partial": None,
                     },
                 }
@@ -124,6 +128,15 @@ class Job(BaseModel):
     )
     name: str | None = Field(
         description="Name of the prototype that is learned, or of the upload; null for other kinds."
+    )
+    names: tuple[str | None, ...] = Field(
+        description="Names that the request gave its shapes, in the order of the request, the"
+        f" source first; the first {MOST_NAMED}, and none for kinds that take no names. Null for"
+        " the name that a shape is stored under."
+    )
+    parameters: dict[str, str | float | bool | None] = Field(
+        description="Its parameters that differ from their defaults, but those that are lists or"
+        " have parameters of their own, which the result has."
     )
     progress: Progress
     created: datetime
@@ -175,6 +188,8 @@ class Job(BaseModel):
             shape_count=len(subject.shapes),
             prototype=subject.prototype,
             name=subject.name,
+            names=subject.names[:MOST_NAMED],
+            parameters=_parameters(record),
             progress=record.progress,
             created=record.created,
             started=record.started,
@@ -191,6 +206,7 @@ class Job(BaseModel):
                 picture=f"{path}/result.png" if record.kind.has_picture else None,
                 arrays=f"{path}/result.npz" if record.kind.has_arrays else None,
                 exports=tuple(f"{path}/result.{one}" for one in exports_of(record.payload)),
+                match=None if subject.match is None else f"/v1/jobs/{subject.match}",
                 partial=_partial(record),
             ),
         )
@@ -205,6 +221,14 @@ def _waiting_for(
         return "worker"
     # A worker has taken it from the queue, and is about to begin.
     return None if position is None else "turn"
+
+
+def _parameters(record: JobRecord) -> dict[str, str | float | bool | None]:
+    parameters = getattr(record.payload, "parameters", None)
+    if parameters is None:
+        return {}
+    changed = parameters.model_dump(mode="json", exclude_defaults=True)
+    return {name: one for name, one in changed.items() if not isinstance(one, list | dict)}
 
 
 def _partial(record: JobRecord) -> str | None:

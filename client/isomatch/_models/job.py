@@ -63,6 +63,7 @@ class JobRecord(Answer):
     shape_count: int = 0
     prototype: str | None = None
     name: str | None = None
+    names: tuple[str | None, ...] = ()
     progress: Progress
     created: datetime
     started: datetime | None

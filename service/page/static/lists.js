@@ -15,17 +15,25 @@ export const jobList = (signal, of = null) =>
     of === null ? "No job yet." : null, (job) => {
       const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job.kind));
       titleOf(job, signal).then((title) => fill(link, title)).catch(() => {});
-      return h("li", {}, link, " ",
+      const changed = changedParameters(job);
+      return h("li", {}, link, " ", changed === "" ? null : h("span", { class: "faint" }, `${changed} `),
         h("span", { class: `state ${job.state}` }, stateName(job.state)), " ",
         h("time", { datetime: job.created, title: time(job.created), class: "faint" }, ago(job.created)));
     }, signal);
 
-// Kind of a job and names of its shapes; only the newest page of names is searched.
+// "dense, points 64": what tells jobs of the same shapes apart.
+const changedParameters = ({ parameters }) => Object.entries(parameters).map(([name, value]) =>
+  (value === true ? name : value === false ? `no ${name}` : `${name} ${value}`).replaceAll("_", " ")).join(", ");
+
+// Kind of a job and names of its shapes, those of the request first; only the newest page of others is searched.
 async function titleOf(job, signal) {
   const kind = kindName(job.kind);
   if (job.name !== null) return `${kind}: ${job.name}`;
   const ids = job.kind === "match" ? [job.source, job.target] : job.shapes.slice(0, MOST_NAMED);
-  const names = await namesOf(ids, signal, 1);
+  // Shapes are listed once each, and prototypes are named with their version.
+  const given = job.prototype === null && (job.kind === "match" || job.names.length === job.shapes.length) ? job.names : [];
+  const stored = await namesOf(ids.filter((_, at) => !given[at]), signal, 1);
+  const names = ids.map((_, at) => given[at] ?? stored.shift());
   const more = job.kind === "match" ? 0 : job.shape_count - names.length;
   return `${kind}: ${names.join(job.kind === "match" ? " and " : ", ")}${more > 0 ? ` and ${count(more)} more` : ""}`;
 }

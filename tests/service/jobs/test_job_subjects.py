@@ -65,10 +65,23 @@ def ids(http: httpx2.Client, **query: Any) -> list[str]:
             return found
 
 
+def test_jobs_say_the_names_and_parameters_of_the_request(http: httpx2.Client) -> None:
+    asked = {"source": A, "target": B, "target_name": "b.off", "metric": "geodesic", "dense": True}
+    job = ask(http, "matches", **asked, points=32, landmarks=[[0, 0]])
+    assert job["names"] == [None, "b.off"]
+    # Neither what is the default, nor lists.
+    assert job["parameters"] == {"metric": "geodesic", "dense": True}
+    assert job["links"]["match"] is None
+
+
 def test_jobs_name_what_they_are_of(http: httpx2.Client) -> None:
     job = match(http)
     assert (job["source"], job["target"], job["shapes"]) == (A, B, [A, B])
     assert (job["shape_count"], job["prototype"], job["name"]) == (2, None, None)
+    assert (job["names"], job["parameters"]) == (
+        [None, None],
+        {"metric": "geodesic"},
+    )
     same = match(http, A, A)
     assert (same["shapes"], same["shape_count"]) == ([A], 1)
     learned = learn(http)

@@ -281,6 +281,11 @@ def test_a_match_has_the_names_of_the_uploads(page: Page, api: Api, matched: Pag
     result = result_of(page, api)
     assert (result["source_name"], result["target_name"]) == ("a.off", "c2.off")
     assert result["source"] == result_of(matched, api)["source"]
+    # The list tells it from others of these shapes.
+    job = job_of(page)
+    page.goto("/#/")
+    line = page.get_by_role("listitem").filter(has=page.locator(f"a[href='#/jobs/{job}']"))
+    expect(line).to_contain_text("Match: a.off and c2.off points 8, no orientation done")
 
 
 def answering(result: Json) -> Callable[[Route], None]:
