@@ -13,7 +13,7 @@ import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
 import { registrationView } from "./registration.js";
-import { stoppedJob } from "./stopped_job.js";
+import { matchLink, stoppedJob } from "./stopped_job.js";
 import { throttled } from "./throttle.js";
 import { kindName, percent, several, stateName, time } from "./format.js";
 
@@ -120,5 +120,5 @@ function transferView(place, result, job) {
   fill(place, h("h2", {}, "Transferred values"), h("p", {},
     `${result.what}: ${carried}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
   h("p", { class: "actions" }, linkButton(job.id), " ",
-    download(job.links.result, "JSON", `${job.id}.json`), exportsOf(job)));
+    download(job.links.result, "JSON", `${job.id}.json`), exportsOf(job), " ", matchLink(job)));
 }

@@ -20,9 +20,13 @@ export async function stoppedJob(place, job, problem, signal) {
     // The shape of an upload that was refused does not exist.
     ids.length === 0 || job.kind === "validation" ? null : h("p", {},
       "Shapes: ", ids.map((id, at) => [at === 0 ? "" : ", ", shapeLink(id, names[at])]), isComplete(job, ids) ? "" : " and others"),
+    job.links.match && h("p", { class: "actions" }, matchLink(job)),
     canRequest(job, ids) ? h("p", { class: "actions" },
       h("a", { href: `#/task/${TASKS[job.kind]}/${ids.join("/")}`, class: "button" }, "Request it again")) : null);
 }
+
+/** A link to the match that a transfer carries values along. */
+export const matchLink = ({ links }) => h("a", { href: links.match.replace("/v1/", "#/"), class: "button" }, "Back to the match");
 
 const shapeLink = (id, name) => h("a", { href: `#/${id.startsWith("p-") ? "prototypes" : "shapes"}/${id}` }, name);
 

@@ -7,6 +7,9 @@ import { occupied } from "./focus.js";
 import { fieldName, problemBox } from "./problem.js";
 
 const ENDINGS = ".npz,.csv,.ply,.obj,.glb,.seg,.txt";
+/** Formats of shapes whose own files may have what is carried; others have none. */
+const OWN = { texture: ["glb", "gltf", "zip"], uv: ["glb", "gltf", "obj", "zip"] };
+const OWN_VALUES = ["csv", "glb", "obj", "ply", "txt"];
 const KINDS = [
   ["labels", "labels, such as a segmentation"],
   ["scalars", "scalars"],
@@ -45,6 +48,11 @@ export function transferForm(match, source, target) {
       try {
         const { what, direction, on } = Object.fromEntries(new FormData(form));
         const [values] = file.querySelector("input").files;
+        const lacking = values === undefined ? lack(what, direction === "source_to_target" ? source : target) : null;
+        if (lacking !== null) {
+          showErrors(form, [{ field: "attributes", message: lacking }], fieldName);
+          return;
+        }
         const told = (_, job) => {
           const text = job?.waiting_for === "worker" ? `${values.name} waits: no worker is alive.` : `Uploading ${values.name}.`;
           if (said.textContent !== text) fill(said, h("p", { class: "faint" }, text));
@@ -59,4 +67,10 @@ export function transferForm(match, source, target) {
     });
   });
   return h("details", { class: "more" }, h("summary", {}, "Transfer: carry values of vertices or faces from one shape to the other"), form);
+}
+
+/** Why the own file of a shape has nothing of a kind to carry, or null if it may have some. */
+function lack(what, { name, file_type: type, has_colors: colored }) {
+  if (what === "colors" ? colored : (OWN[what] ?? OWN_VALUES).includes(type)) return null;
+  return `${name} has none in its own file; choose ${what in OWN ? "another kind" : "a file of values"}.`;
 }

@@ -45,6 +45,8 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     with page.expect_download() as saved:
         page.get_by_role("link", name="CSV").click()
     named(page)
+    back = page.get_by_role("link", name="Back to the match")
+    expect(back).to_have_attribute("href", f"#/jobs/{job}")
     rows = Path(saved.value.path()).read_text().splitlines()
     assert rows[0] == "vertex,part"
     with isomatch.Client(api.url) as client:
@@ -90,9 +92,23 @@ def test_files_and_jobs_that_are_refused(page: Page, match: tuple[str, int]) -> 
     page.get_by_label("File of values").set_input_files(broken)
     page.get_by_role("button", name="Transfer", exact=True).click()
     expect(page.get_by_role("alert")).to_contain_text("attribute")
+    # The file of the shape has nothing: no job is requested.
     page.get_by_label("File of values").set_input_files([])
-    page.get_by_label("Kind", exact=True).select_option("texture")
-    page.get_by_role("button", name="Transfer", exact=True).click()
-    # It is queued, and fails, as the shape has no texture.
+    for kind, do in (
+        ("texture", "choose another kind"),
+        ("labels", "choose a file of values"),
+        ("colors", "choose a file of values"),
+    ):
+        page.get_by_label("Kind", exact=True).select_option(kind)
+        page.get_by_role("button", name="Transfer", exact=True).click()
+        said = f"parts.off has none in its own file; {do}."
+        expect(page.locator("#error-attributes")).to_have_text(said)
+    assert job_of(page) == match[0]
+    # What is refused later leads back.
+    with isomatch.Client(page.url.partition("#")[0].rstrip("/")) as client:
+        failed = client.transfer(match[0], what="texture")
+    page.goto(f"/#/jobs/{failed.id}")
     expect(page.locator("[data-state=failed]")).to_be_visible()
     expect(page.get_by_role("alert")).to_contain_text("no texture")
+    page.get_by_role("link", name="Back to the match").click()
+    page.wait_for_url(f"**/#/jobs/{match[0]}")
