@@ -4,7 +4,7 @@ import { get } from "./api.js";
 import { h, fill, button, scrolled } from "./dom.js";
 import { exampleButtons } from "./examples.js";
 import { keepFocus } from "./focus.js";
-import { jobList, prototypeList, shapeList } from "./lists.js";
+import { jobList, markChosen, prototypeList, shapeList } from "./lists.js";
 import { isPrototype, jobForm } from "./job_form.js";
 import { problemBox } from "./problem.js";
 import { dropZone } from "./uploads.js";
@@ -26,6 +26,15 @@ export async function homeView(place, ids, signal, task = null) {
   const selected = h("section", { "aria-labelledby": "chosen-title", class: "card", hidden: true });
   const told = h("p", { class: "visually-hidden", role: "status" });
   const lists = h("div", { class: "columns" });
+  // Leads to the form, which may be far above the lists.
+  const number = h("span");
+  const bar = h("p", { class: "chosen-bar", hidden: true }, number, " ", button("To the form", () => {
+    selected.scrollIntoView();
+    selected.querySelector("input, a").focus({ preventScroll: true });
+  }, { class: "small" }));
+  const sight = new IntersectionObserver(([{ isIntersecting: seen }]) => { bar.hidden = seen || chosen.length === 0; });
+  sight.observe(selected);
+  signal.addEventListener("abort", () => sight.disconnect());
 
   const choose = (...shapes) => {
     // What arrives once the page was left is not chosen.
@@ -37,6 +46,14 @@ export async function homeView(place, ids, signal, task = null) {
     }
     show();
   };
+  const remove = (id) => {
+    chosen.splice(chosen.findIndex((shape) => shape.id === id), 1);
+    show();
+  };
+  const choice = {
+    toggle: (item) => (chosen.some(({ id }) => id === item.id) ? remove(item.id) : choose(item)),
+    mark: (items) => markChosen(items, chosen.map(({ id }) => id)),
+  };
   const show = () => {
     const hash = chosen.length ? `#/with/${chosen.map((shape) => shape.id).join("/")}` : "#/";
     history.replaceState(null, "", hash);
@@ -44,8 +61,10 @@ export async function homeView(place, ids, signal, task = null) {
     forms = new AbortController();
     told.textContent = sentence(chosen);
     showChosen(selected, chosen, last, uploading, show, forms.signal);
+    choice.mark(lists);
+    number.textContent = `${count(chosen.length)} chosen`;
   };
-  const listShapes = async () => fill(shapes, await shapeList(choose, signal));
+  const listShapes = async () => fill(shapes, await shapeList(choice, signal));
   const uploads = dropZone(choose, () => listShapes().catch((error) => fill(shapes, problemBox(error))), (files) => {
     uploading.files = files;
     uploading.changed();
@@ -58,7 +77,7 @@ export async function homeView(place, ids, signal, task = null) {
       + " register it as a template, with all others."),
     uploads.node,
     h("p", { class: "actions" }, "Examples: ", exampleButtons(uploads.take)),
-    told, selected, lists);
+    told, selected, lists, bar);
   const shapes = h("section", { class: "card" });
   const jobs = h("section", { class: "card" });
   const prototypes = h("section", { class: "card", hidden: true });
@@ -73,7 +92,7 @@ export async function homeView(place, ids, signal, task = null) {
   choose(...records.filter((record) => record?.name));
   uploads.begin();
   await Promise.all([listShapes(), jobList(signal).then((list) => fill(jobs, list)),
-    prototypeList(choose, signal).then((list) => {
+    prototypeList(choice, signal).then((list) => {
       prototypes.hidden = list.length === 0;
       fill(prototypes, list);
     })]);

@@ -38,23 +38,36 @@ async function titleOf(job, signal) {
   return `${kind}: ${names.join(job.kind === "match" ? " and " : ", ")}${more > 0 ? ` and ${count(more)} more` : ""}`;
 }
 
-/** @param {function(Object)} choose called with the prototype that is chosen */
-export const prototypeList = (choose, signal) =>
+// A button that chooses; pressed again, no longer.
+const chooseButton = (item, choice) => h("button", {
+  type: "button", class: "small choose", "aria-pressed": "false", "aria-label": `Choose ${item.name}`, "data-id": item.id,
+  onclick: () => choice.toggle(item),
+}, "Choose");
+
+/** Show on the buttons of lists which shapes and prototypes are chosen. */
+export function markChosen(lists, ids) {
+  for (const node of lists.querySelectorAll(".choose")) {
+    node.setAttribute("aria-pressed", String(ids.includes(node.dataset.id)));
+  }
+}
+
+/** @param {Object} choice `toggle`, called with the prototype whose button is pressed, and `mark`, with new lines */
+export const prototypeList = (choice, signal) =>
   list("Prototypes", "/v1/prototypes", null, (prototype) => h("li", {},
     h("a", { href: `#/prototypes/${prototype.id}` }, `${prototype.name}, version ${prototype.version}`), " ",
     h("span", { class: "faint" }, `${prototype.points} points `),
-    button("Choose", () => choose(prototype), { class: "small", "aria-label": `Choose ${prototype.name}` })),
-  signal);
+    chooseButton(prototype, choice)),
+  signal, choice.mark);
 
-/** @param {function(Object)} choose called with the shape that is chosen */
-export const shapeList = (choose, signal) =>
+/** @param {Object} choice as of `prototypeList` */
+export const shapeList = (choice, signal) =>
   list("Shapes", "/v1/shapes", "No shape yet.", (shape) => h("li", {},
     h("a", { href: `#/shapes/${shape.id}` }, shape.name), " ",
     h("span", { class: "faint" }, `${count(shape.vertices)} vertices `),
-    button("Choose", () => choose(shape), { class: "small", "aria-label": `Choose ${shape.name}` })),
-  signal);
+    chooseButton(shape, choice)),
+  signal, choice.mark);
 
-async function list(title, path, none, line, signal) {
+async function list(title, path, none, line, signal, mark = () => {}) {
   const items = h("ul", { class: "list" });
   const more = button("More", () => add());
   let cursor = null;
@@ -67,6 +80,7 @@ async function list(title, path, none, line, signal) {
       items.append(...page.items.map(line));
       more.hidden = cursor === null;
     });
+    mark(items);
   };
   await add();
   const empty = items.childElementCount === 0;
