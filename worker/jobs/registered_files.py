@@ -13,8 +13,8 @@ from solver.errors import OptionError
 from solver.mesh import TriangleMesh
 from solver.templates import register_template
 from solver.transfer.files import WrittenSurface, write_surface
-from worker.jobs.failures import ResultGone
-from worker.jobs.meshes import mesh_of, spectrum_key_of
+from worker.jobs.failures import ResultGone, ShapeGone
+from worker.jobs.meshes import mesh_of, spectrum_key_of, stored_mesh
 from worker.jobs.transfers import solver_map
 from worker.pictures import draw_components
 
@@ -58,6 +58,7 @@ def draw_registration(result: RegistrationResult, job_id: str, store: Store) -> 
         arrays["variances"],
         [one.explained for one in result.components],
         f"{result.template_name or 'template'}, {len(arrays['positions'])} specimens",
+        _on_template(result.template, arrays["faces"], store),
     )
 
 
@@ -112,6 +113,19 @@ def _stored_arrays(job_id: str, store: Store) -> dict[str, npt.NDArray[Any]]:
         raise ResultGone("the result has expired")
     with np.load(io.BytesIO(stored), allow_pickle=False) as arrays:
         return dict(arrays)
+
+
+def _on_template(
+    template: str, faces: IntArray, store: Store
+) -> tuple[IntArray, FloatArray] | None:
+    """Rows of the mean and their positions on the template; None if the template was deleted."""
+    try:
+        mesh = stored_mesh(template, store.shapes)
+    except ShapeGone:
+        return None
+    # Of a template of several components, the largest may have been registered alone.
+    known = np.isin(mesh.vertex_ids, faces)
+    return mesh.vertex_ids[known], mesh.vertices[known]
 
 
 def _surface(name: str, vertices: FloatArray, faces: IntArray) -> WrittenSurface:

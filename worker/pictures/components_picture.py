@@ -8,13 +8,16 @@ from solver.arrays import FloatArray, IntArray
 from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
 from worker.pictures.match_picture import draw_surface
 from worker.pictures.scene import Scene
-from worker.pictures.view import source_view
+from worker.pictures.view import source_view, target_view
 
 _SHOWN = 3
 """Components that are drawn."""
 
 _DEVIATIONS = -2.0, 0.0, 2.0
 """Standard deviations that the mean is moved by."""
+
+_MARGIN = 0.04
+"""Of the picture of each shape, over its size."""
 
 _ROW_INCHES = 8.0, 2.9
 _TITLE_INCHES = 0.6
@@ -28,6 +31,7 @@ def draw_components(
     variances: FloatArray,
     explained: Sequence[float],
     title: str,
+    template: tuple[IntArray, FloatArray] | None = None,
 ) -> bytes:
     """Draw the mean shape at −2, 0 and 2 standard deviations of its first three components.
 
@@ -39,6 +43,10 @@ def draw_components(
         (C, V, 3), (C,) and (C,); without any, the mean alone is drawn.
     title
         Title of the picture.
+    template
+        The template, which is seen as shapes are, and the mean as the template: rows of `mean`,
+        (K,), and their positions on the template, (K, 3). Without it the mean is seen as shapes
+        are, although it has the orientation of the first specimen.
 
     Returns
     -------
@@ -55,7 +63,12 @@ def draw_components(
     )  # fmt: skip
     used = np.unique(faces)
     centre = mean[used].mean(axis=0)
-    view = source_view(mean[used] - centre)
+    if template is None:
+        view = source_view(mean[used] - centre)
+    else:
+        rows_there, positions = template
+        there = positions - positions.mean(axis=0)
+        view = target_view(source_view(there), there, mean[rows_there] - centre)
     shapes = {
         (row, step): view.of(_moved(mean - centre, row, step, components, variances))
         for row in range(rows)
@@ -63,6 +76,8 @@ def draw_components(
     }
     every = np.concatenate([one[used] for one in shapes.values()])
     least, greatest = every.min(axis=0), every.max(axis=0)
+    margin = _MARGIN * (greatest - least).max()
+    least, greatest = least - margin, greatest + margin
     for (row, step), vertices in shapes.items():
         bottom = height * (rows - 1 - row) / total
         column = steps.index(step)
@@ -87,6 +102,6 @@ def _moved(
 
 
 def _caption(row: int, step: float, explained: Sequence[float]) -> str:
-    if step:
-        return f"component {row + 1}, {step:+.0f} s.d."
-    return f"{100.0 * explained[row]:.0f} % of the variance" if row < len(explained) else "mean"
+    if step or row >= len(explained):
+        return f"component {row + 1}, {step:+.0f} s.d." if step else "mean"
+    return f"mean; component {row + 1} has {100.0 * explained[row]:.0f} % of the variance"

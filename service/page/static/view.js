@@ -33,7 +33,7 @@ export function sourceView(positions) {
  * vertical, unless a rotation about another axis brings them much nearer.
  */
 export function targetView(rows, sourcePoints, targetPoints) {
-  const [here, there] = [sourcePoints, targetPoints].map((points) => centred(rows, points));
+  const [here, there] = [sourcePoints, targetPoints].map((points) => ofUnitSpread(rows, points));
   const [c, s] = upright(here, there);
   const turns = [[[c, 0, -s], [0, 1, 0], [s, 0, c]], nearestRotation(here, there)];
   const [vertical, free] = turns.map((turn) => there.reduce((sum, point, i) =>
@@ -88,8 +88,17 @@ export function rotated(rows, positions) {
   return out;
 }
 
+/** (3 V) positions about the middle of their bounding box. */
+export function centred(positions) {
+  const middle = AXES.map((k) => {
+    const [low, high] = range(positions, k);
+    return 0.5 * (low + high);
+  });
+  return positions.map((value, at) => value - middle[at % 3]);
+}
+
 // Points in the coordinates of a view, about their centroid and of unit spread.
-function centred(rows, points) {
+function ofUnitSpread(rows, points) {
   const seen = points.map((point) => [...rotated(rows, point)]);
   const middle = AXES.map((k) => seen.reduce((sum, point) => sum + point[k], 0) / seen.length);
   const moved = seen.map((point) => point.map((value, k) => value - middle[k]));
