@@ -40,7 +40,10 @@ export async function jobView(place, [id], signal) {
       job = now;
       status.show(job);
       if (!ended(job)) partial();
-    }, signal, (connected) => status.show(job, connected));
+    }, signal, (connected) => {
+      status.show(job, connected);
+      if (connected) status.answered();
+    });
     // What is known so far may arrive late.
     running.abort();
     if (signal.aborted) return;
@@ -79,11 +82,14 @@ function statusOf(job) {
     await remove(job.links.self).catch((error) => {
       show(last);
       fill(box, problemBox(error));
+      passing = error.passing;
     });
   });
   const box = h("div");
   const node = h("div", {}, title, said, bar, " ", share, " ", cancel, box);
   let last = job;
+  // Whether the problem that is shown is over when the service answers again.
+  let passing = false;
   const show = (now, connected = true) => {
     last = now;
     const over = ended(now);
@@ -97,7 +103,7 @@ function statusOf(job) {
     if (over) fill(box);
   };
   show(job);
-  return { node, show };
+  return { node, show, answered: () => passing && fill(box) };
 }
 
 function sentence(job) {

@@ -205,11 +205,15 @@ def test_a_dead_connection_is_noticed(page: Page, idle: Api) -> None:
         page.goto(f"/#/jobs/{job}")
     status = page.locator(".status")
     expect(status).to_have_text("Waiting: no worker is alive.")
+    page.route(f"**/v1/jobs/{job}", lambda route: route.abort())
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_role("alert")).to_contain_text("No answer")
     # Nothing has arrived for so long, by the clock of the page.
     page.clock.fast_forward(36_000)
     expect(status).to_have_text("Connection lost; trying again.")
     page.clock.fast_forward(1_000)
     expect(status).to_have_text("Waiting: no worker is alive.")
+    expect(page.get_by_role("alert")).to_have_count(0)
     page.route(f"**/v1/shapes/{source}", unanswered)
     with page.expect_request(f"**/v1/shapes/{source}"):
         page.goto(f"/#/shapes/{source}")
