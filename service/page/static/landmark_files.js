@@ -122,6 +122,7 @@ function readTable(text, system) {
   const head = rows[0][1].map((name) => name.toLowerCase());
   const named = AXES.some(([axes]) => axes.every((axis) => head.includes(axis)));
   if (named) rows = rows.slice(1);
+  else if (isHeader(rows[0][1])) throw new LandmarkFileError("expected a header such as label,x,y,z", rows[0][0]);
   const names = named ? head : head.length === 3 ? ["x", "y", "z"] : ["label", "x", "y", "z"];
   const [axes, from] = AXES.find(([each]) => each.every((axis) => names.includes(axis)));
   const labels = LABELS.find((name) => names.includes(name));
@@ -133,8 +134,13 @@ function readTable(text, system) {
   });
 }
 
+const isMissing = (text) => ["", "na", "nan"].includes(text.toLowerCase());
+
+// A row of points without a header has a number, or no position at all.
+const isHeader = (entries) => !entries.some((entry) => NUMBER.test(entry)) && !entries.slice(-3).every(isMissing);
+
 function positionOf(texts, line) {
-  if (texts.every((text) => ["", "na", "nan"].includes(text.toLowerCase()))) return null;
+  if (texts.every(isMissing)) return null;
   for (const text of texts) {
     if (!NUMBER.test(text) || !Number.isFinite(Number(text))) throw new LandmarkFileError(`"${text}" is not a finite number`, line);
   }

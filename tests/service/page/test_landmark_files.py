@@ -45,6 +45,7 @@ WRONG = {
     "h.csv": ("label,x,y,z\na,1,2\n", "line 2: 3 entries for 4 columns"),
     "i.fcsv": ("# CoordinateSystem = voxels\n", "line 1: The coordinate system"),
     "j.tps": ("LM3=0\n", "ends with none of"),
+    "k.csv": ("name,px,py,pz\ntip,1,2,3\n", "line 1: expected a header such as label,x,y,z"),
 }
 
 
