@@ -7,7 +7,7 @@ import { confidenceBadge, count, figure, stateName } from "./format.js";
 import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 
-const HEADS = ["target", "state", "answer", "second-order distortion"];
+const HEADS = ["Target", "State", "Answer", "Second-order distortion"];
 /** Milliseconds until matches that still run are requested again. */
 const AGAIN = 1000;
 
