@@ -4,7 +4,7 @@ import { get } from "./api.js";
 import { h, fill, button, scrolled } from "./dom.js";
 import { exampleButtons } from "./examples.js";
 import { keepFocus } from "./focus.js";
-import { jobList, markChosen, prototypeList, shapeList } from "./lists.js";
+import { markChosen, prototypeList, recentJobs, shapeList } from "./lists.js";
 import { isPrototype, jobForm } from "./job_form.js";
 import { problemBox } from "./problem.js";
 import { dropZone } from "./uploads.js";
@@ -91,7 +91,7 @@ export async function homeView(place, ids, signal, task = null) {
   if (signal.aborted) return;
   choose(...records.filter((record) => record?.name));
   uploads.begin();
-  await Promise.all([listShapes(), jobList(signal).then((list) => fill(jobs, list)),
+  await Promise.all([listShapes(), recentJobs(jobs, signal),
     prototypeList(choice, signal).then((list) => {
       prototypes.hidden = list.length === 0;
       fill(prototypes, list);

@@ -9,17 +9,50 @@ import { ago, count, kindName, stateName, time } from "./format.js";
 const PAGE = 8;
 const MOST_NAMED = 3;
 
+/** Milliseconds until unfinished jobs are requested again. */
+const AGAIN = 4000;
+
 /** The newest jobs, of all or of one shape or prototype, with the names of their shapes. */
 export const jobList = (signal, of = null) =>
   list(of === null ? "Recent jobs" : `Jobs of this ${of.startsWith("p-") ? "prototype" : "shape"}`, of === null ? "/v1/jobs" : `/v1/jobs?shape=${of}`,
-    of === null ? "No job yet." : null, (job) => {
-      const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job.kind));
-      titleOf(job, signal).then((title) => fill(link, title)).catch(() => {});
-      const changed = changedParameters(job);
-      return h("li", {}, link, " ", changed === "" ? null : h("span", { class: "faint" }, `${changed} `),
-        h("span", { class: `state ${job.state}` }, stateName(job.state)), " ",
-        h("time", { datetime: job.created, title: time(job.created), class: "faint" }, ago(job.created)));
-    }, signal);
+    of === null ? "No job yet." : null, (job) => jobLine(job, signal), signal);
+
+function jobLine(job, signal) {
+  const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job.kind));
+  titleOf(job, signal).then((title) => fill(link, title)).catch(() => {});
+  const changed = changedParameters(job);
+  return h("li", { "data-job": job.id }, link, " ", changed === "" ? null : h("span", { class: "faint" }, `${changed} `),
+    h("span", { class: "now" }, stateOf(job)));
+}
+
+const stateOf = (job) => [
+  h("span", { class: `state ${job.state}` }, stateName(job.state)), " ",
+  h("time", { datetime: job.created, title: time(job.created), class: "faint" }, ago(job.created)),
+];
+
+/** Show the newest jobs, and again while one has not ended, and when the user comes back to the page. */
+export async function recentJobs(place, signal) {
+  fill(place, await jobList(signal));
+  const refresh = async () => {
+    const known = place.querySelector("ul");
+    if (known === null) {
+      fill(place, await jobList(signal));
+      return;
+    }
+    const { items } = await get(`/v1/jobs?limit=${PAGE}`, signal);
+    // Lines stay where they are, and with them the focus.
+    for (const job of items.reverse()) {
+      const line = known.querySelector(`[data-job="${job.id}"]`);
+      if (line === null) known.prepend(jobLine(job, signal));
+      else fill(line.querySelector(".now"), stateOf(job));
+    }
+  };
+  const again = () => document.hidden || refresh().catch(() => {});
+  const timer = setInterval(() => place.querySelector(".state:is(.queued, .running)") && again(), AGAIN);
+  signal.addEventListener("abort", () => clearInterval(timer));
+  window.addEventListener("focus", again, { signal });
+  document.addEventListener("visibilitychange", again, { signal });
+}
 
 // "dense, points 64": what tells jobs of the same shapes apart.
 const changedParameters = ({ parameters }) => Object.entries(parameters).map(([name, value]) =>

@@ -234,6 +234,25 @@ def test_a_cancelled_job_is_requested_again(page: Page, idle: Api) -> None:
     expect(page.get_by_role("button", name="Compare", exact=True)).to_be_visible()
 
 
+def test_recent_jobs_are_kept_up_to_date(page: Page, idle: Api) -> None:
+    source, target = put_shapes(idle)
+    jobs = [requested(idle, "matches", {"source": source, "target": target}) for _ in range(2)]
+    page.clock.install()
+    page.goto("/#/")
+    first, second = (page.locator(f"[data-job='{job}']") for job in jobs)
+    expect(second.locator(".state")).to_have_text("waiting")
+    second.get_by_role("link").focus()
+    httpx2.delete(f"{idle.url}/v1/jobs/{jobs[0]}").raise_for_status()
+    page.clock.fast_forward(4_000)
+    expect(first.locator(".state")).to_have_text("cancelled")
+    expect(second.get_by_role("link")).to_be_focused()
+    # Also what was requested elsewhere, when the user comes back.
+    newer = requested(idle, "matches", {"source": source, "target": target, "points": 9})
+    page.evaluate("window.dispatchEvent(new Event('focus'))")
+    expect(page.locator("[data-job]").first).to_have_attribute("data-job", newer)
+    expect(page.locator("[data-job]").first).to_contain_text("points 9")
+
+
 def test_a_cancelled_batch_shows_what_was_kept(page: Page, idle: Api) -> None:
     source, target = put_shapes(idle)
     page.goto(f"/#/jobs/{requested(idle, 'batches', {'source': source, 'targets': [target]})}")
