@@ -2,7 +2,7 @@
 
 import { get, orNull } from "./api.js";
 import { h, fill, figureList, warningList } from "./dom.js";
-import { download, exportsOf } from "./download.js";
+import { download } from "./download.js";
 import { certificate, certifiedBadge, confidenceNote, digits, figure, lessEnergy, percent, several } from "./format.js";
 import { againLink } from "./match_again.js";
 import { matchScenes } from "./match_scenes.js";
@@ -43,9 +43,9 @@ export async function matchView(place, result, job, signal) {
     warningList(result.warnings), orientationNote(result), alternatives(result, choose),
     h("div", { class: "judged" }, scenes, pairs), numbers,
     h("p", { class: "actions" },
-      linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`),
-      exportsOf(job), " ", picture, " ",
+      linkButton(job.id), " ", picture, " ",
       kept ? againLink(result, "Match again with other parameters") : null),
+    files(job, result),
     result.dense !== null && !learned && kept ? carrying(job, source, target) : null,
 );
   await choose(0);
@@ -55,6 +55,28 @@ export async function matchView(place, result, job, signal) {
   } catch (error) {
     if (!signal.aborted) fill(scenes, problemBox(error));
   }
+}
+
+// The files of a match, by what is in them.
+const CONTENTS = [
+  ["Everything:", ["json", "npz"]],
+  ["Pairs:", ["csv"]],
+  ["Target in the source's colours:", ["ply", "obj"]],
+  ["Both in corresponding colours:", ["glb"]],
+];
+const REGISTERED = ["ply", "obj", "glb"];
+
+function files(job, { dense, source_kind: kind }) {
+  const known = new Map([job.links.arrays, ...job.links.exports].map((path) => [path.split(".").pop(), path]));
+  known.set("json", job.links.result);
+  const link = (ending, path, about = null) => [" ", download(path, [ending.toUpperCase(), about], `${job.id}.${ending}`)];
+  const registered = dense === null || kind === "prototype" ? null : h("span", {}, "Source registered to the target:",
+    REGISTERED.map((ending) => link(ending, `${job.links.self}/registered.${ending}`,
+      h("span", { class: "visually-hidden" }, " of the source registered to the target"))));
+  return h("p", { class: "actions" }, CONTENTS.map(([text, endings]) => {
+    const there = endings.filter((ending) => known.has(ending));
+    return there.length === 0 ? null : h("span", {}, text, there.map((ending) => link(ending, known.get(ending))));
+  }), registered);
 }
 
 // What a dense map carries from one shape to the other.

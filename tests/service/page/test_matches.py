@@ -430,6 +430,20 @@ def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
     with matched.expect_download() as saved:
         matched.get_by_role("link", name="JSON").click()
     assert Path(saved.value.path()).stat().st_size > 1000
+    # The files say what is in them, those of the registered source, too.
+    files = matched.get_by_role("paragraph").filter(has_text="Everything: JSON")
+    for text, links in (
+        ("Pairs: CSV", ["result.csv"]),
+        ("Target in the source's colours: PLY OBJ", ["result.ply", "result.obj"]),
+        ("Both in corresponding colours: GLB", ["result.glb"]),
+        ("Source registered", ["registered.ply", "registered.obj", "registered.glb"]),
+    ):
+        found = (
+            files.locator("span", has_text=text)
+            .first.get_by_role("link")
+            .evaluate_all("links => links.map((link) => link.getAttribute('href'))")
+        )
+        assert found == [f"/v1/jobs/{job}/{name}" for name in links]
     matched.goto("/#/")
     listed = matched.locator(f"a[href='#/jobs/{job}']")
     expect(listed).to_have_text("Match: human-standing.off and human-walking.off")
