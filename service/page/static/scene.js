@@ -27,6 +27,9 @@ const DOT = 2;
 const SURFACE = 0;
 const POINTS = 1;
 const RING = 2;
+const LABELS = 3;
+/** Depth, in units of the shape's greatest coordinate, by which names are drawn in front of their points: so the surface covers none. */
+const LIFT = 0.3;
 /** Pixels below which a drawing is narrow. */
 const NARROW = 260;
 /** Pixels that the pointer may move during a click. */
@@ -49,6 +52,8 @@ export class Scene {
   #cloud;
   #mesh;
   #points = [];
+  #names = [];
+  #far = [];
   #size;
   #brightness;
   #pair = null;
@@ -87,18 +92,18 @@ export class Scene {
     await new Promise((resolve) => setTimeout(resolve));
     if (this.#signal.aborted) return;
     this.#points = points;
+    this.#names = numbered && !this.narrow ? names : [];
+    this.#look();
     const vertexcolor = Array.from(this.#brightness, (light, v) =>
       css([0, 1, 2].map((k) => Math.round(light * (shades === null ? SKIN : shades[3 * v + k])))));
     const painted = this.#cloud ? { marker: { size: DOT, color: vertexcolor, line: { width: 0 } } } : { vertexcolor };
     const surface = { ...this.#surface, ...painted };
     const marks = {
-      type: "scatter3d", mode: numbered && !this.narrow ? "markers+text" : "markers", ...columnsOf(points),
-      text: names, hoverinfo: "none", textposition: "top center",
-      textfont: { size: 11, color: colorOf("ink") },
+      type: "scatter3d", mode: "markers", ...columnsOf(points), text: names, hoverinfo: "none",
       marker: { size: this.narrow ? 3 : 6, color: colors.map(css), line: { color: "white", width: 1 } },
     };
     const first = this.#node.data === undefined;
-    await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring)], this.#layout(), CONFIG);
+    await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring), this.#labels()], this.#layout(), CONFIG);
     if (!first) return;
     hideParts(this.#node);
     this.#signal.addEventListener("abort", () => this.#plotly.purge(this.#node));
@@ -125,9 +130,32 @@ export class Scene {
   async move(points, pair) {
     this.#points = points;
     if (this.#node.data === undefined) return;
-    const [marks, ring] = [columnsOf(points), this.#ring(pair)];
-    const both = Object.fromEntries(["x", "y", "z"].map((name) => [name, [marks[name], ring[name]]]));
-    await this.#plotly.restyle(this.#node, both, [POINTS, RING]);
+    if (pair !== null) this.#far[pair] = this.hides(pair);
+    const [marks, ring, labels] = [columnsOf(points), this.#ring(pair), this.#labels()];
+    const all = Object.fromEntries(["x", "y", "z", "text"].map((name) => [name, [marks[name], ring[name], labels[name]]]));
+    await this.#plotly.restyle(this.#node, all, [POINTS, RING, LABELS]);
+  }
+
+  // Find out which points are on the far side.
+  #look() {
+    this.#far = this.#names.map((_, i) => this.hides(i));
+  }
+
+  // The names of the points that are seen, in front of the surface.
+  #labels() {
+    const shown = this.#names.flatMap((_, i) => (this.#far[i] ? [] : [i]));
+    const towards = this.#towards;
+    return {
+      type: "scatter3d", mode: "text", hoverinfo: "skip", textposition: "top center",
+      textfont: { size: 11, color: colorOf("ink") }, text: shown.map((i) => this.#names[i]),
+      ...columnsOf(shown.map((i) => this.#points[i].map((value, k) => value + LIFT * this.#size * towards[k]))),
+    };
+  }
+
+  async #relabel() {
+    this.#look();
+    const { x, y, z, text } = this.#labels();
+    await this.#plotly.restyle(this.#node, { x: [x], y: [y], z: [z], text: [text] }, [LABELS]);
   }
 
   // On the far side, the ring is drawn in front of the surface; the projection leaves it where it is on the screen.
@@ -230,7 +258,13 @@ export class Scene {
     this.#view = view;
     if (this.#node.data === undefined) return;
     await this.#plotly.relayout(this.#node, { "scene.camera": view.camera, "scene.aspectratio": view.aspectratio });
+    await this.#redraw();
+  }
+
+  // What depends on the view.
+  async #redraw() {
     if (this.#pair !== null) await this.ring(this.#pair);
+    if (this.#names.length > 0) await this.#relabel();
   }
 
   async #press(event) {
@@ -248,7 +282,7 @@ export class Scene {
     };
     if (isSameView(view, this.#view)) return;
     this.#view = view;
-    if (this.#pair !== null) this.ring(this.#pair);
+    this.#redraw();
     this.#followers.forEach((tell) => tell(view));
   }
 }

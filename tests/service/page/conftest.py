@@ -64,8 +64,8 @@ PLACE = """(scene, [trace, number]) => {
   return [box.x + 0.5 * box.width * (1 + u / w), box.y + 0.5 * box.height * (1 - v / w)];
 }"""
 
-SURFACE, POINTS, RING = 0, 1, 2
-"""What is drawn of a shape: its surface, points upon it, and a ring round one of them."""
+SURFACE, POINTS, RING, LABELS = 0, 1, 2, 3
+"""What is drawn of a shape: its surface, points upon it, a ring round one of them, and names."""
 
 
 @pytest.fixture(scope="package")

@@ -14,6 +14,7 @@ from playwright.sync_api import Browser, FilePayload, Locator, Page, Route, expe
 from service.page import STATIC
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import (
+    LABELS,
     PATIENCE,
     POINTS,
     RING,
@@ -187,6 +188,26 @@ def test_shapes_are_turned_by_keys_and_stay_linked(matched: Page) -> None:
     target.focus()
     matched.keyboard.press("Home")
     eventually(lambda: camera(source) == camera(target) == first)
+
+
+def test_numbers_are_in_front_of_the_surface(matched: Page) -> None:
+    source, _ = scenes(matched)
+    shown = f"s => s.data[{LABELS}].text"
+    before = source.evaluate(shown)
+    assert 0 < len(before) < 12
+    # Each is where its point is on the screen.
+    for at in (0, len(before) - 1):
+        there = place(source, POINTS, int(before[at]) - 1)
+        assert place(source, LABELS, at) == pytest.approx(there, abs=0.5)
+    # From behind, the others are seen.
+    source.focus()
+    for _ in range(12):
+        matched.keyboard.press("ArrowLeft")
+    eventually(lambda: set(source.evaluate(shown)) | set(before) >= set(map(str, range(1, 13))))
+    at = source.evaluate(shown)
+    there = place(source, POINTS, int(at[0]) - 1)
+    eventually(lambda: place(source, LABELS, 0) == pytest.approx(there, abs=0.5))
+    matched.keyboard.press("Home")
 
 
 def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
@@ -410,15 +431,15 @@ def test_narrow_drawings_offer_no_numbers(page: Page, api: Api, matched: Page) -
     page.goto(f"/#/jobs/{job_of(matched)}")
     shown(page)
     numbers, source = page.get_by_label("Numbers"), scenes(page)[0]
-    mode = "s => s.data[1].mode"
+    named = f"s => s.data[{LABELS}].text.length > 0"
     expect(numbers).to_be_visible()
-    assert source.evaluate(mode) == "markers+text"
+    assert source.evaluate(named)
     page.set_viewport_size({"width": 400, "height": 800})
     expect(numbers).to_be_hidden()
-    eventually(lambda: source.evaluate(mode) == "markers")
+    eventually(lambda: not source.evaluate(named))
     page.set_viewport_size({"width": 900, "height": 700})
     expect(numbers).to_be_visible()
-    eventually(lambda: source.evaluate(mode) == "markers+text")
+    eventually(lambda: source.evaluate(named))
 
 
 def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
