@@ -193,6 +193,13 @@ class JobQueue:
             self._submit_spectrum(key, context)
         return self.submit(record, context.idempotency)
 
+    def spectra_ahead(self, record: JobRecord) -> int:
+        """Return the number of spectra that a job needs and others compute, or will before it."""
+        payload = record.payload
+        if not isinstance(payload, SpectralPayload):
+            return 0
+        return self.store.spectra.queued(wanted_spectra(payload, self.store.shapes))
+
     def submit_time_slice(self, record: JobRecord) -> None:
         """Queue another time slice of a job, unless the job has ended."""
         number = self.store.chunks.number_time_slice(record.id)

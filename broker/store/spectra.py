@@ -220,6 +220,11 @@ class Spectra:
         """Record that a job is queued to compute a spectrum; False if another one is."""
         return bool(self.client.set(self.keys.spectrum_job(key), job_id, nx=True, ex=seconds))
 
+    def queued(self, keys: Sequence[SpectrumKey]) -> int:
+        """Return the number of spectra that a job is queued to compute, or computes."""
+        names = [self.keys.spectrum_job(key) for key in keys]
+        return int(self.client.exists(*names)) if names else 0
+
     def unmark_queued(self, key: SpectrumKey) -> None:
         """Record that no job is queued to compute a spectrum any more."""
         self.client.delete(self.keys.spectrum_job(key))

@@ -19,6 +19,12 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue
 
+SPECTRA: Final = "spectra"
+"""Stage of a queued job whose spectra are being computed."""
+
+_NEAR: Final = 20
+"""Position up to which a queued job is asked for its spectra."""
+
 MOST_NAMED: Final = 20
 """Shapes listed in a job. A collection may have thousands, and each event repeats the job."""
 
@@ -138,7 +144,10 @@ class Job(BaseModel):
         description="Its parameters that differ from their defaults, but those that are lists or"
         " have parameters of their own, which the result has."
     )
-    progress: Progress
+    progress: Progress = Field(
+        description='How far it is. The stage of a queued job is "queued", or "spectra" while its'
+        " spectra, which are computed beforehand, are all that it waits for."
+    )
     created: datetime
     started: datetime | None
     ended: datetime | None
@@ -170,10 +179,20 @@ class Job(BaseModel):
         served = bool(queued) and queue.any_worker()
         positions = queue.rq.positions(queued) if queued else []
         place = {one.id: known for one, known in zip(queued, positions, strict=True)}
-        return tuple(cls._of(record, place.get(record.id), served) for record in records)
+        return tuple(
+            cls._of(
+                record,
+                place.get(record.id),
+                served,
+                served and _awaits_spectra(record, place.get(record.id), queue),
+            )
+            for record in records
+        )
 
     @classmethod
-    def _of(cls, record: JobRecord, position: int | None, served: bool) -> Self:
+    def _of(
+        cls, record: JobRecord, position: int | None, served: bool, awaits_spectra: bool
+    ) -> Self:
         path = f"/v1/jobs/{record.id}"
         has_result = record.kind.has_result
         error, subject = record.error, subject_of(record.payload)
@@ -190,7 +209,7 @@ class Job(BaseModel):
             name=subject.name,
             names=subject.names[:MOST_NAMED],
             parameters=_parameters(record),
-            progress=record.progress,
+            progress=Progress(stage=SPECTRA, fraction=0.0) if awaits_spectra else record.progress,
             created=record.created,
             started=record.started,
             ended=record.ended,
@@ -210,6 +229,14 @@ class Job(BaseModel):
                 partial=_partial(record),
             ),
         )
+
+
+def _awaits_spectra(record: JobRecord, position: int | None, queue: JobQueue) -> bool:
+    """Whether spectra of its shapes are all that a queued job waits for."""
+    if position is None or position > _NEAR:
+        return False
+    ahead = queue.spectra_ahead(record)
+    return ahead > 0 and position <= ahead
 
 
 def _waiting_for(

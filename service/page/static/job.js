@@ -109,6 +109,7 @@ function statusOf(job) {
 function sentence(job) {
   if (job.state === "queued") {
     if (job.waiting_for === "worker") return "Waiting: no worker is alive.";
+    if (job.progress.stage === "spectra") return "The spectra of its shapes are computed.";
     return job.position ? `Waiting, with ${job.position} ahead of it.` : "Waiting for a worker.";
   }
   if (job.state === "running") return job.progress.stage;

@@ -9,6 +9,8 @@ from datetime import datetime
 import httpx2
 import numpy as np
 import pytest
+from rq.utils import now, utcformat
+from rq.worker_registration import REDIS_WORKER_KEYS
 
 from broker.contracts import JobKind, MatchResult, PicturePayload
 from broker.store import DEFAULT_KEYS
@@ -185,6 +187,25 @@ def idle(server: EmbeddedServer) -> Iterator[tuple[httpx2.Client, Api]]:
         httpx2.Client(base_url=api.url, timeout=30.0) as http,
     ):
         yield http, api
+
+
+def test_a_job_that_waits_for_its_spectra_says_so(idle: tuple[httpx2.Client, Api]) -> None:
+    http, api = idle
+    shapes = put_shapes(api)
+    client = api.store.client
+    jobs = [ask(http, shapes, **QUICK) for _ in range(2)]
+    # No worker is alive that could compute them.
+    assert [job["progress"]["stage"] for job in jobs] == ["queued", "queued"]
+    client.sadd(REDIS_WORKER_KEYS, "rq:worker:one")
+    client.hset("rq:worker:one", "last_heartbeat", utcformat(now()))
+    jobs = [wait(http, job, 0) for job in jobs]
+    assert [job["position"] for job in jobs] == [2, 3]
+    # The two spectra are all that is ahead of the first.
+    assert [job["progress"]["stage"] for job in jobs] == ["spectra", "queued"]
+    assert [job["waiting_for"] for job in jobs] == ["turn", "turn"]
+    for key in client.scan_iter("*spectrum*job*"):
+        client.delete(key)
+    assert wait(http, jobs[0], 0)["progress"]["stage"] == "queued"
 
 
 def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:
