@@ -1,6 +1,7 @@
 """Registered templates as files, and the picture of their components."""
 
 import io
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from solver.templates import register_template
 from solver.transfer.files import WrittenSurface, write_surface
 from worker.jobs.failures import ResultGone, ShapeGone
 from worker.jobs.meshes import mesh_of, spectrum_key_of, stored_mesh
-from worker.jobs.transfers import solver_map
+from worker.jobs.transfers import colors_of_file, solver_map
 from worker.pictures import draw_components
 
 
@@ -31,15 +32,17 @@ def export_registered(
     OptionError
         The template was not registered to this specimen.
     """
-    arrays = _stored_arrays(job_id, store)
+    arrays, template = _stored_arrays(job_id, store), _template(result.template, store)
     if specimen is None:
-        return write_surface(_surface("mean", arrays["mean"], arrays["faces"]), file_type)
+        mean = _surface("mean", arrays["mean"], arrays["faces"], template)
+        return write_surface(mean, file_type)
     report = result.specimens[specimen]
     if not report.registered:
         raise OptionError("specimen", f"the template was not registered to it: {report.reason}")
     place = sum(one.registered for one in result.specimens[:specimen])
     name = report.name or report.shape
-    return write_surface(_surface(name, arrays["positions"][place], arrays["faces"]), file_type)
+    positions = arrays["positions"][place]
+    return write_surface(_surface(name, positions, arrays["faces"], template), file_type)
 
 
 def draw_registration(result: RegistrationResult, job_id: str, store: Store) -> bytes:
@@ -83,7 +86,8 @@ def export_match_registered(
     forwards = solver_map(dense, dense.inverse, forwards=True)
     found = register_template(source, target, forwards)
     rows, faces = rows_of_file(source, found.positions), source.vertex_ids[source.faces]
-    return write_surface(_surface(result.source_name or "source", rows, faces), file_type)
+    named = result.source_name or "source"
+    return write_surface(_surface(named, rows, faces, source), file_type)
 
 
 def rows_of_file(mesh: TriangleMesh, positions: FloatArray) -> FloatArray:
@@ -115,21 +119,36 @@ def _stored_arrays(job_id: str, store: Store) -> dict[str, npt.NDArray[Any]]:
         return dict(arrays)
 
 
+def _template(template: str, store: Store) -> TriangleMesh | None:
+    """The mesh of a template; None if it was deleted."""
+    try:
+        return stored_mesh(template, store.shapes)
+    except ShapeGone:
+        return None
+
+
 def _on_template(
     template: str, faces: IntArray, store: Store
 ) -> tuple[IntArray, FloatArray] | None:
     """Rows of the mean and their positions on the template; None if the template was deleted."""
-    try:
-        mesh = stored_mesh(template, store.shapes)
-    except ShapeGone:
+    mesh = _template(template, store)
+    if mesh is None:
         return None
     # Of a template of several components, the largest may have been registered alone.
     known = np.isin(mesh.vertex_ids, faces)
     return mesh.vertex_ids[known], mesh.vertices[known]
 
 
-def _surface(name: str, vertices: FloatArray, faces: IntArray) -> WrittenSurface:
-    return WrittenSurface(name, vertices, faces, ())
+def _surface(
+    name: str, vertices: FloatArray, faces: IntArray, template: TriangleMesh | None
+) -> WrittenSurface:
+    """A surface with the colours of the template, if it has any and is still there."""
+    if template is None or template.colors is None:
+        return WrittenSurface(name, vertices, faces, ())
+    colors = colors_of_file(template, template.colors)
+    return WrittenSurface(
+        name, vertices, faces, (replace(colors, values=colors.values[: len(vertices)]),)
+    )
 
 
 def _matched_mesh(shape: str, payload: MatchPayload, store: Store) -> TriangleMesh:

@@ -28,6 +28,17 @@ PLACES = [TEMPLATE.vertices @ Rotation.from_rotvec([0.3 * k, 1.0, -k]).as_matrix
 PLACES[2] = 1.5 * PLACES[2]
 """Moved copies of the template, the last one larger."""
 
+COLORS = (TEMPLATE.vertices - TEMPLATE.vertices.min(axis=0)) / np.ptp(TEMPLATE.vertices, axis=0)
+"""Of the template's vertices."""
+
+
+def colored() -> bytes:
+    """The template as OBJ, with colours."""
+    rows = np.hstack([TEMPLATE.vertices, COLORS])
+    lines = ["v " + " ".join(f"{x:.17g}" for x in row) for row in rows]
+    lines += ["f " + " ".join(map(str, corners + 1)) for corners in TEMPLATE.faces]
+    return "\n".join([*lines, ""]).encode()
+
 
 def uploaded_specimens(upload: Upload) -> list[str]:
     """Ids of the copies, each with vertices in an order of its own."""
@@ -55,7 +66,7 @@ def ended(http: httpx2.Client, answer: httpx2.Response) -> Json:
 
 @pytest.fixture(scope="module")
 def given(upload: Upload) -> tuple[str, list[str]]:
-    template = upload(file_of(TEMPLATE), "template.ply")["id"]
+    template = upload(colored(), "template.obj")["id"]
     return template, [*uploaded_specimens(upload), upload(too_coarse(), "coarse.ply")["id"]]
 
 
@@ -160,6 +171,8 @@ def test_registered_templates_have_the_vertices_of_the_template(
         np.testing.assert_array_equal(mesh.faces, TEMPLATE.faces)
         size = np.sqrt(triangle_mesh(truth, TEMPLATE.faces).area)
         np.testing.assert_allclose(mesh.vertices, truth, atol=1e-3 * size)
+        assert mesh.colors is not None
+        np.testing.assert_allclose(mesh.colors, COLORS, atol=1 / 255)
 
 
 @pytest.mark.parametrize("file_type", ["ply", "obj", "glb"])
@@ -229,6 +242,9 @@ def test_the_source_of_a_dense_match_is_registered_to_its_target(
     match = matched(http, (template, specimens[1]), points=12, dense=True)
     answer = http.get(f"/v1/jobs/{match['id']}/registered.glb")
     np.testing.assert_allclose(positions_of(answer, "glb"), PLACES[1], atol=0.01)
+    colors = read_mesh(answer.content, "glb").colors
+    assert colors is not None
+    np.testing.assert_allclose(colors, COLORS, atol=1 / 255)
     sparse = matched(http, (template, specimens[1]), points=12)
     refused = http.get(f"/v1/jobs/{sparse['id']}/registered.glb")
     assert "`dense`" in problem(refused, 409, "job-without-result")["detail"]
