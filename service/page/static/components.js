@@ -79,7 +79,8 @@ async function drawn(place, shape, result, signal) {
   const caption = h("figcaption", { "aria-live": "polite" });
   const none = shape.steps.map(() => 0);
   const ends = shape.steps.slice(0, SLIDERS).flatMap((_, c) => [-ENDS, ENDS].map((end) => extent(moved(shape, none.with(c, end)))));
-  const scene = new Scene(node, { positions: shape.mean, faces: shape.faces }, signal, { reach: Math.min(Math.max(0, ...ends), extent(shape.mean) / LEAST_SIZE) });
+  const reach = Math.min(Math.max(0, ...ends), extent(shape.mean) / LEAST_SIZE);
+  const scene = new Scene(node, { positions: shape.mean, faces: shape.faces }, signal, { reach });
   let scores = none;
   let drawing = null;
   // Sliders move faster than shapes are drawn: at most one drawing waits, that of the last scores.
