@@ -37,7 +37,7 @@ function row({ label, lack, confidence }, i, corrections, selection, step, sure)
     "data-landmark": i,
     onmouseenter: () => selection.hover(missing ? null : i),
     onmouseleave: () => selection.hover(null),
-  }, h("th", { scope: "row" }, choose), sure ? h("td", {}, confidence ?? "") : null, h("td", {}, said, " ", reset));
+  }, h("th", { scope: "row" }, choose), sure ? h("td", {}, confidenceOf(confidence)) : null, h("td", {}, said, " ", reset));
   const update = () => {
     node.classList.toggle("shown", i === selection.shown);
     choose.setAttribute("aria-pressed", String(i === selection.chosen));
@@ -47,6 +47,10 @@ function row({ label, lack, confidence }, i, corrections, selection, step, sure)
   };
   return { node, update };
 }
+
+// Below a half, a landmark is marked as in doubt.
+const confidenceOf = (confidence) => (confidence !== null && Number(confidence) < 0.5
+  ? h("span", { class: "badge doubt", title: "in doubt" }, confidence) : confidence ?? "");
 
 function chooseButton(label, i, selection, step, missing) {
   const swatch = h("span", { class: "swatch" });

@@ -10,6 +10,7 @@ import { choiceField } from "./fields.js";
 import { isOff, turnOff } from "./focus.js";
 import { several } from "./format.js";
 import { keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
+import { landmarkConfidences } from "./landmark_confidence.js";
 import { inFile, onSurface } from "./landmark_distance.js";
 import { FORMATS, readLandmarks, writeLandmarks } from "./landmark_files.js";
 import { LandmarkScenes } from "./landmark_scenes.js";
@@ -53,9 +54,9 @@ export async function landmarkView(place, [id], signal) {
     "Positions in files of 3D Slicer name their coordinate system and are converted to that of the meshes.");
   let newest = null;
   const show = (shown) => {
-    const { file, end, given, points, remark } = shown;
+    const { file, end, given, points, remark, sure } = shown;
     fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file}.`), remark === null ? null : h("p", { class: "warnings" }, remark));
-    const landmarks = given.map((landmark, i) => landmarkOn(landmark, end, points[end][i]));
+    const landmarks = given.map((landmark, i) => landmarkOn(landmark, end, points[end][i], sure?.[i] ?? null));
     return showLandmarks(list, landmarks, shown, { match: id, sides, selection, scenes });
   };
   const take = (end) => async ([file]) => {
@@ -72,7 +73,8 @@ export async function landmarkView(place, [id], signal) {
       const there = await carried(match, end, here, sides, signal);
       if (signal.aborted || newest !== file) return;
       const points = end === SOURCE ? [here, there] : [there, here];
-      await show({ file: file.name, end, coordinates, given, points, remark, moves: [] });
+      const sure = end === SOURCE ? landmarkConfidences(result, end, points, sides) : null;
+      await show({ file: file.name, end, coordinates, given, points, remark, sure, moves: [] });
     } catch (error) {
       if (!signal.aborted && newest === file) fill(said, problemBox(error));
     }
@@ -99,9 +101,10 @@ const landmarkFileArea = (end, { name }, about, take) => fileArea(
   { id: `landmarks-${end}`, accept: ".json,.fcsv,.csv" }, [h("strong", {}, `Choose landmarks of the ${end}`), `, ${name}`],
   `MRK.JSON, FCSV or CSV. ${about}`, take);
 
-// What is known of a landmark of the target, from a file of the end `end` and its point there; `lack` says why it has none.
-function landmarkOn({ label, remark: description, position }, end, point) {
-  const remarkThere = end === TARGET ? description : "";
+// What is known of a landmark of the target, from a file of the end `end`, its point there, and how sure it is if it was
+// carried; `lack` says why it has no point.
+function landmarkOn({ label, remark: description, position }, end, point, sure) {
+  const remarkThere = end === TARGET ? description : sure === null ? "" : `confidence ${sure.toFixed(2)}`;
   return {
     label, remark: remarkThere, lack: point !== null ? "" : position === null ? "missing" : "left out",
     confidence: remarkThere.match(/^confidence (\d+(?:\.\d+)?)$/)?.[1] ?? null,

@@ -9,6 +9,7 @@ import httpx2
 import isomatch
 import numpy as np
 import pytest
+from isomatch._landmarks.carrying import carried_landmarks
 from isomatch._landmarks.surface_points import nearest_points
 from isomatch._results import Geometry
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -129,6 +130,18 @@ def test_landmarks_are_carried_and_named(
     there = [one for one in points if one is not None]
     expected = [np.array(p.weights) @ carried.surface[0][list(p.vertices)] for p in there]
     np.testing.assert_allclose(found.positions[:3], expected, atol=1e-5)
+    # They are as sure as those that the client carries.
+    (given,) = isomatch.read_landmarks(carried.file)
+    with isomatch.Client(api.url) as client:
+        match = client.job(carried.job).result()
+        assert isinstance(match, isomatch.Match)
+        surfaces = [client.geometry(shape) for shape in (match.source, match.target)]
+        sure = carried_landmarks([given], surfaces[:1], [match], surfaces[1]).confidence
+    said = [float(text.removeprefix("confidence ")) for text in found.descriptions[:3]]
+    np.testing.assert_allclose(said, sure[:3], atol=0.011)
+    assert found.descriptions[3] == ""
+    shown_ = view.locator("tr[data-landmark] td:nth-child(2)")
+    expect(shown_).to_have_text([*(f"{one:.2f}" for one in said), ""])
     for ending in ("fcsv", "csv"):
         again = saved(view, ending, tmp_path)
         assert again.labels == LABELS
@@ -188,7 +201,7 @@ def test_a_landmark_is_dragged_on_the_surface(view: Page, carried: Carried, tmp_
     assert distances(carried, after[:3]).max() < 1e-5
     remark = saved(view, "mrk.json", tmp_path).descriptions
     assert remark[chosen] == "corrected"
-    assert {remark[i] for i in others} == {""}
+    assert all(remark[i].startswith("confidence ") for i in others)
     undo = view.get_by_role("button", name="Undo")
     undo.click()
     expect(undo).to_be_focused()
