@@ -29,7 +29,7 @@ const POINTS = 1;
 const RING = 2;
 const LABELS = 3;
 /** Depth, in units of the shape's greatest coordinate, by which names are drawn in front of their points: so the surface covers none. */
-const LIFT = 0.3;
+const LIFT = 0.6;
 /** Pixels below which a drawing is narrow. */
 const NARROW = 260;
 /** Pixels that the pointer may move during a click. */
