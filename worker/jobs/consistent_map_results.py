@@ -19,8 +19,15 @@ from solver.control import Control
 from solver.registration import Confidence, DenseCorrespondence
 from solver.shape import Shape
 from worker.jobs.match_results import confidence_of
+from worker.jobs.registration_warnings import possible_parts
 
 Pair = tuple[int, int]
+
+_PARTS = "with a long boundary, as parts of a surface have"
+_AS_WHOLES = (
+    "all shapes were matched as wholes, so that vertices without a partner have images, too; match"
+    " parts in pairs"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,11 +229,19 @@ def _pair_report(
 def _warnings(
     payload: ConsistentMapsPayload, names: Sequence[str | None], collection: Collection
 ) -> tuple[str, ...]:
-    return tuple(
-        f"{name or shape}: {warning}"
-        for shape, name, one in zip(payload.shapes, names, collection.shapes, strict=True)
+    """Return those of the shapes, and which of them may be parts: those with the most boundary."""
+    named = [name or shape for shape, name in zip(payload.shapes, names, strict=True)]
+    usable = [
+        (name, one.mesh)
+        for name, one in zip(named, collection.shapes, strict=True)
         if isinstance(one, Shape)
-        for warning in one.mesh.warnings
+    ]
+    # Gaps of a point cloud are no boundary.
+    boundaries = [0.0 if mesh.is_cloud else mesh.relative_boundary for _, mesh in usable]
+    parts = possible_parts([name for name, _ in usable], boundaries, min(boundaries))
+    return (
+        *(f"{name}: {warning}" for name, mesh in usable for warning in mesh.warnings),
+        *([f"{_PARTS}: {parts}; {_AS_WHOLES}"] if parts else []),
     )
 
 

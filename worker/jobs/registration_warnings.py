@@ -1,4 +1,4 @@
-"""Warnings of registrations: specimens that are registered, and may not belong to the others."""
+"""Warnings of shapes that are registered as wholes, and may not belong to the others."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -60,11 +60,7 @@ def doubtful_specimens(
         for name, confidence in zip(names, confidences, strict=True)
         if confidence is not None and confidence < _DOUBTED
     ]
-    parts = [
-        f"{name!r} ({boundary:.1f} √area)"
-        for name, boundary in zip(names, boundaries, strict=True)
-        if boundary - template >= _LONG
-    ]
+    parts = possible_parts(names, boundaries, template)
     warnings = []
     if doubted:
         warnings.append(
@@ -73,8 +69,27 @@ def doubtful_specimens(
         )
     if parts:
         warnings.append(
-            f"with a long boundary, as parts of a surface have: {', '.join(parts)}; the whole"
-            " template was put on them, and they are in the mean and the components; leave them"
-            " out, or fill their holes"
+            f"with a long boundary, as parts of a surface have: {parts}; the whole template was"
+            " put on them, and they are in the mean and the components; leave them out, or fill"
+            " their holes"
         )
     return tuple(warnings)
+
+
+def possible_parts(names: Sequence[str], boundaries: Sequence[float], whole: float) -> str:
+    """Name the shapes that may be parts, with the lengths of their boundaries; empty if none is.
+
+    Parameters
+    ----------
+    names
+        Of the shapes.
+    boundaries
+        Lengths of their boundaries over √area.
+    whole
+        That of a shape that is no part.
+    """
+    return ", ".join(
+        f"{name!r} ({boundary:.1f} √area)"
+        for name, boundary in zip(names, boundaries, strict=True)
+        if boundary - whole >= _LONG
+    )

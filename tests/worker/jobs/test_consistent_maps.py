@@ -4,13 +4,16 @@ from io import BytesIO
 from itertools import combinations
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from broker.contracts import ConsistentMapsPayload, MatchParameters
 from solver.arrays import IntArray
 from solver.control import Control
+from solver.mesh import triangle_mesh
 from solver.registration import Confidence, DenseCorrespondence
 from solver.shape import Shape
 from tests.solver.consistency.test_improvement import error, figures
+from tests.solver.shapes import icosphere
 from worker.jobs.consistent_map_results import Collection, PairwiseMap, consistent_maps_of
 
 __all__ = ["figures"]
@@ -67,3 +70,31 @@ def test_a_replaced_map_is_named_by_the_shapes_it_went_through(
     assert error(shapes, found["map_2_1"], truth[1, 0], 0) < 0.05
     for i, j in combinations(range(2, 5), 2):
         np.testing.assert_array_equal(found[f"map_{i}_{j}"], truth[i - 1, j - 1])
+
+
+def test_a_shape_that_may_be_a_part_is_named() -> None:
+    """Half a ball among balls."""
+    ball = icosphere(3)
+    upper = ball.vertices[ball.faces, 2].min(axis=1) > 0.0
+    kept = np.unique(ball.faces[upper])
+    bowl = triangle_mesh(ball.vertices[kept], np.searchsorted(kept, ball.faces[upper]))
+    meshes = ball, ball, bowl
+    nearest = [
+        [
+            np.asarray(KDTree(there.vertices).query(here.vertices)[1], dtype=np.int64)
+            for there in meshes
+        ]
+        for here in meshes
+    ]
+    sure = Confidence(0.95, ())
+    pairs: dict[tuple[int, int], PairwiseMap | str] = {
+        (i, j): PairwiseMap(dense(nearest[i][j], nearest[j][i]), sure)
+        for i, j in combinations(range(3), 2)
+    }
+    payload = ConsistentMapsPayload(shapes=IDS[1:4], parameters=MatchParameters())
+    names = "ball", "other ball", "bowl"
+    collection = Collection([Shape(mesh) for mesh in meshes], pairs)
+    (said,) = consistent_maps_of(payload, names, collection, Control())[0].warnings
+    assert "'bowl'" in said
+    assert "ball" not in said
+    assert "matched as wholes" in said
