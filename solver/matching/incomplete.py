@@ -115,8 +115,8 @@ def _match_possible_overlap(
     """Match two shapes as surfaces that overlap, unless they are the same as wholes.
 
     Registered as wholes, they then lack little of one another, and lie as they do where they
-    overlap, of which that registration is one candidate. Where another fits better, though less of
-    them, the answer is in doubt.
+    overlap, of which that registration is one candidate. The answer is as sure then as either, as
+    two searches agree; but in doubt where another candidate fits better, though less of them.
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
     found, registration = match_whole(source, target, options, wholly)
@@ -127,9 +127,11 @@ def _match_possible_overlap(
     known = _registered(source, target, BOTH, options, last, points)
     if known is None:
         return found
-    if _are_whole(registration, known, points, last):
-        return found if known.ahead else replace(found, confidence=known.surfaces.confidence)
-    return _matched_part(known, options, last) or found
+    if not _are_whole(registration, known, points, last):
+        return _matched_part(known, options, last) or found
+    if known.ahead and registration.confidence.probability >= known.probability:
+        return found
+    return replace(found, confidence=known.surfaces.confidence)
 
 
 def _lacks(registration: Registration, part: str, control: Control) -> bool:
