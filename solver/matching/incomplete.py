@@ -18,6 +18,7 @@ from solver.matching.result import Match
 from solver.matching.whole import match_whole
 from solver.registration import STAGE, Registration, first_registration
 from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.confidence import EXACT
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
@@ -117,10 +118,11 @@ def _match_possible_overlap(
     Registered as wholes, they then lack little of one another, and lie as they do where they
     overlap, of which that registration is one candidate. The answer is as sure then as either, as
     two searches agree; but in doubt where another candidate fits better, though less of them.
+    Surfaces that are equal but for their sampling lack nothing, however many symmetries they have.
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
     found, registration = match_whole(source, target, options, wholly)
-    if registration is None:
+    if registration is None or registration.score < EXACT:
         return found
     vertices = smooth_surface(source).samples.vertices[:_BEGUN]
     points = vertices, registration.images(vertices, last)
