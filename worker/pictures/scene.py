@@ -49,7 +49,7 @@ def match_scenes(
     """Return both shapes of a match, scaled to unit area and with matched points aligned.
 
     Colours show a map of all vertices: they are by position on the source, and those of its points
-    on the target.
+    on the target. Vertices without a partner are white on either.
     """
     first, second = _unit_area(source), _unit_area(target)
     numbers = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
@@ -68,7 +68,10 @@ def match_scenes(
         return left, right
     colors = colors_by_place(left.vertices)
     transferred = transferred_colors(colors, source, target, answer.dense.inverse)
-    return replace(left, colors=colors), replace(right, colors=transferred)
+    mapped = source.vertices_of(np.array(answer.dense.source, dtype=np.int64))
+    kept = np.ones_like(colors)
+    kept[mapped] = colors[mapped]
+    return replace(left, colors=kept), replace(right, colors=transferred)
 
 
 def prototype_scenes(

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
-from broker.contracts import Correspondence
+from broker.contracts import Correspondence, DenseCorrespondence, InverseCorrespondence
 from solver.mesh import triangle_mesh
 from solver.prototype import PrototypeOptions, connected_examples, learn_prototype
 from solver.shape import Shape
 from synthetic import HUMAN_POSES, human
+from tests.solver import shapes
 from worker.pictures.hypothesis import Hypothesis
-from worker.pictures.scene import prototype_scenes
+from worker.pictures.scene import match_scenes, prototype_scenes
 
 
 def test_a_prototype_is_drawn_on_its_reference_surface() -> None:
@@ -32,3 +33,23 @@ def test_a_prototype_is_drawn_on_its_reference_surface() -> None:
         np.testing.assert_allclose(pdist(left.points), pdist(right.points), atol=rough)
         assert left.vertices[:, 0].max() < right.vertices[:, 0].min()
     assert float(np.ptp(left.points[:, 1])) == pytest.approx(float(np.ptp(right.points[:, 1])))
+
+
+def test_vertices_without_a_partner_are_white_on_both_shapes() -> None:
+    """A surface that overlaps itself in all but one vertex on either side."""
+    mesh = shapes.blob(2)
+    ours, theirs = np.arange(1, mesh.n_vertices), np.arange(mesh.n_vertices - 1)
+    weights = ((1.0, 0.0, 0.0),) * len(ours)
+    inverse = InverseCorrespondence(
+        target=tuple(theirs.tolist()),
+        source=tuple(theirs.tolist()),
+        faces=tuple((one, one, one) for one in theirs.tolist()),
+        barycentric=weights,
+    )
+    dense = DenseCorrespondence(
+        hypothesis=0, source=tuple(ours.tolist()), target=tuple(ours.tolist()), inverse=inverse
+    )
+    pairs = tuple(Correspondence(source=one, target=one, cost=0.0) for one in (3, 7, 30))
+    left, right = match_scenes(mesh, mesh, Hypothesis(pairs, None, dense, "", ""))
+    white = [np.flatnonzero((scene.colors == 1.0).all(axis=1)).tolist() for scene in (left, right)]
+    assert white == [[0], [mesh.n_vertices - 1]]
