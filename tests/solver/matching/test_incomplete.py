@@ -8,29 +8,12 @@ import pytest
 from bench.holes import with_holes
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import Match, MatchOptions, match
-from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration.confidence import RIVAL
 from solver.shape import Shape
 from synthetic import human
+from tests.solver.matching.test_overlap import RESOLUTION, body
 
-RESOLUTION = 1200
 OPTIONS = MatchOptions(points=16, dense=True)
-
-Cut = tuple[Shape, IntArray]
-"""A surface, and the vertices of the body that it has."""
-
-
-def body(pose: str) -> TriangleMesh:
-    found = human(pose, resolution=RESOLUTION, seed=1)
-    return triangle_mesh(found.vertices, found.faces)
-
-
-def without(mesh: TriangleMesh, lacking: BoolArray) -> Cut:
-    faces = mesh.faces[~lacking[mesh.faces].any(axis=1)]
-    vertices = np.unique(faces)
-    left = triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
-    assert left.components == 1
-    return Shape(left), vertices
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +44,8 @@ def errors(found: Match, source: IntArray, target: Shape, there: IntArray) -> Fl
 def test_surfaces_that_lack_different_limbs_overlap(rest: FloatArray) -> None:
     """Each lacks the leg and the arm of one side, so that as wholes they fit mirrored."""
     legs, arms, right = limbs(rest)
-    ours = without(body("walking"), (legs | arms) & right)
-    theirs = without(body("standing"), (legs | arms) & ~right)
+    ours = body("walking", (legs | arms) & right, 1.0)
+    theirs = body("standing", (legs | arms) & ~right, 1.0)
     found = match(ours[0], theirs[0], OPTIONS)
     assert found.overlap is not None
     assert found.overlap.part == "both"
@@ -75,18 +58,19 @@ def test_surfaces_that_lack_different_limbs_overlap(rest: FloatArray) -> None:
 def test_surfaces_that_fit_otherwise_too_are_doubted(rest: FloatArray) -> None:
     """Each is all but the mirror image of the other, which covers more than the truth does."""
     legs, arms, right = limbs(rest)
-    ours = without(body("walking"), np.where(right, legs, arms))
-    theirs = without(body("standing"), np.where(right, arms, legs))
+    ours = body("walking", np.where(right, legs, arms), 1.0)
+    theirs = body("standing", np.where(right, arms, legs), 1.0)
     found = match(ours[0], theirs[0], OPTIONS)
     assert found.confidence is not None
     assert found.confidence.probability < 0.6
     assert RIVAL in found.confidence.reasons
 
 
-def test_surfaces_with_small_holes_are_whole() -> None:
-    bodies = body("walking"), body("standing")
+def test_surfaces_with_small_holes_are_whole(rest: FloatArray) -> None:
+    whole = np.zeros(len(rest), dtype=np.bool_)
     ours, theirs = (
-        Shape(with_holes(one, 5, 0.05, seed=seed, least=3).mesh) for seed, one in enumerate(bodies)
+        Shape(with_holes(body(pose, whole, 1.0)[0].mesh, 5, 0.05, seed=seed, least=3).mesh)
+        for seed, pose in enumerate(("walking", "standing"))
     )
     assert min(one.mesh.relative_boundary for one in (ours, theirs)) > 0.5
     found = match(ours, theirs, OPTIONS)
