@@ -27,8 +27,8 @@ _BOUNDARY = 0.5
 person, and more than holes in scans of whole ones."""
 
 _BOTH_BOUNDARIES = 0.3
-"""Least length of the boundaries of two surfaces, over √area, that may overlap: with one limb cut
-off, it is 0.1 to 0.3, and 20 of 21 matches of such wholes are right."""
+"""Least length of the boundaries of two surfaces, over √area, that may overlap: of 35 pairs that
+have less, and both lack ends of limbs, 33 are matched rightly as wholes."""
 
 _LACKING = 0.075
 """Share of the area of the other that a part lacks at least by a registration of both as wholes,
@@ -48,8 +48,10 @@ _BEGUN, _COMPARED = 500, 100
 """Samples whose images a candidate begins at, and are compared, at most."""
 
 _PROGRESS = (0.0, 0.5), (0.3, 0.9), (0.9, 1.0)
-_OVERLAP_PROGRESS = (0.0, 0.6), (0.6, 1.0)
 """Progress of the search for a part, of the match of wholes, and of what follows it."""
+
+_OVERLAP_PROGRESS = (0.0, 0.6), (0.6, 1.0)
+"""Progress of the match of wholes, and of the search for an overlap."""
 
 
 def match_detected(source: Shape, target: Shape, options: MatchOptions, control: Control) -> Match:
@@ -122,8 +124,8 @@ def _match_possible_overlap(
     Registered as wholes, they then lack little of one another, and lie as they do where they
     overlap, of which that registration is one candidate, if it is likely. The answer is as sure
     then as either, as two searches agree; but in doubt where another candidate fits better, though
-    less of them.
-    Surfaces that are equal but for their sampling lack nothing, however many symmetries they have.
+    less of them. Surfaces that are equal but for their sampling lack nothing, however many
+    symmetries they have.
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
     found, registration = match_whole(source, target, options, wholly)

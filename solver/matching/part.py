@@ -76,7 +76,7 @@ class KnownPart:
 
     @property
     def mapped(self) -> BoolArray:
-        """Which source vertices have a partner."""
+        """(V,) source vertices that have a partner."""
         found = self.surfaces
         return found.part_covered if self.is_source else found.covered
 

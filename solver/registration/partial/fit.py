@@ -32,8 +32,8 @@ has one. If more is charged, wrong candidates are preferred that cover more."""
 
 _WHOLE_OCCLUSION = -7.0
 """The same after the refinement, between the candidate that fits best and the one that lies as both
-do as wholes: most surfaces lack little, so that more is charged. Of 13 pairs where one of the two
-is right, all are told apart by -7.6 to -5.5, and nine by -10."""
+do as wholes: most surfaces lack little, so that more is charged. Of 11 pairs where one of the two
+is right and the other far off, all are told apart by -7.6 to -5.5, and seven by -10."""
 
 
 @dataclass(frozen=True)
