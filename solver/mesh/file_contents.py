@@ -1,12 +1,13 @@
 """What a mesh file has besides the repaired surface: its textures."""
 
-from solver.mesh.formats import READERS, read_obj_coordinates
+from solver.mesh.formats import READERS, merge_coincident, read_obj_coordinates
+from solver.mesh.repair import TriangleSoup
 from solver.mesh.textures import Paint
 from solver.mesh.triangle_mesh import TriangleMesh
 
 
 def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | None:
-    """Read the surface of a mesh file as it is, and its textures.
+    """Read the surface of a mesh file with all its faces, and its textures.
 
     Parameters
     ----------
@@ -15,8 +16,9 @@ def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] 
 
     Returns
     -------
-    A mesh that is not repaired, with the vertex numbers of the file, and the textures of its faces;
-    ``None`` for a file without textures.
+    A mesh with the vertex numbers of the file, and the textures of its faces; ``None`` for a file
+    without textures. Vertices in the same position are merged, those of no face are left out, and
+    nothing else is repaired.
 
     Raises
     ------
@@ -26,11 +28,11 @@ def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] 
     soup = READERS[file_type.lower().lstrip(".")](data)
     if soup.paint is None or not soup.paint.textures:
         return None
-    return TriangleMesh.of(soup), soup.paint
+    return _welded(soup), soup.paint
 
 
 def mapped_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | None:
-    """Read the surface of a mesh file as it is, and its texture coordinates.
+    """Read the surface of a mesh file with all its faces, and its texture coordinates.
 
     Parameters
     ----------
@@ -51,4 +53,12 @@ def mapped_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | 
     soup = read_obj_coordinates(data)
     if soup.paint is None or (soup.paint.texture_of_face < 0).all():
         return None
-    return TriangleMesh.of(soup), soup.paint
+    return _welded(soup), soup.paint
+
+
+def _welded(soup: TriangleSoup) -> TriangleMesh:
+    """Return the surface without cuts of zero width, which no path over its edges crosses.
+
+    Textures are those of faces, so that seams keep them.
+    """
+    return TriangleMesh.of(merge_coincident(soup, "the file repeats vertices").compacted())

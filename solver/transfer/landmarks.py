@@ -77,8 +77,7 @@ def surface_images(
     Raises
     ------
     TransferError
-        As for :func:`landmark_images`; or the surface, which need not be repaired, has a vertex
-        without faces where an image is.
+        As for :func:`landmark_images`.
     """
     weights = points.barycentric
     if (weights < 0.0).any() or (np.abs(weights.sum(axis=1) - 1.0) > 1e-3).any():
@@ -92,11 +91,6 @@ def surface_images(
     main = dense.barycentric[rows[every, chosen]].argmax(axis=1)
     start = triangles[every, chosen, main]
     nearest = descend(means, target.vertices, *target.neighbours, start)
-    first, _ = target.incident_faces
-    alone = first[nearest] == first[nearest + 1]
-    if alone.any():
-        vertex = target.vertex_ids[nearest[alone][0]]
-        raise TransferError(f"vertex {vertex} of the file is part of no face; save it without")
     return project(means, target.vertices, target.faces, *target.incident_faces, nearest)
 
 

@@ -35,7 +35,7 @@ def texture_colors(
     dense
         The map Y → X.
     source
-        The surface X as its file has it: :func:`solver.mesh.textured_surface`.
+        The surface X with all faces of its file: :func:`solver.mesh.textured_surface`.
     paint
         The textures of its faces.
 

@@ -32,7 +32,7 @@ def carried_paint(
     dense
         The map Y → X.
     source
-        The surface X as its file has it: :func:`solver.mesh.textured_surface`.
+        The surface X with all faces of its file: :func:`solver.mesh.textured_surface`.
     paint
         Texture coordinates and textures of its faces.
 

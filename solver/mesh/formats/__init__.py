@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from solver.mesh.formats.archive import mesh_in_zip, read_zip
+from solver.mesh.formats.contents import merge_coincident
 from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, placed_nodes
@@ -52,6 +53,7 @@ __all__ = [
     "Property",
     "TriangleSoup",
     "binary_columns",
+    "merge_coincident",
     "mesh_in_zip",
     "placed_nodes",
     "ply_columns",

@@ -87,14 +87,14 @@ def check_indices(corners: IntArray, n_vertices: int) -> None:
 
 
 def merge_coincident(contents: TriangleSoup, reason: str) -> TriangleSoup:
-    """Merge vertices of exactly equal position, for formats that cannot share vertices.
+    """Merge vertices of exactly equal position.
 
     Parameters
     ----------
     contents
         Vertices and faces of the file.
     reason
-        Why the format repeats vertices: the beginning of the note for the user.
+        Why vertices are repeated: the beginning of the note for the user.
 
     Returns
     -------

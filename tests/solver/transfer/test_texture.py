@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
-from solver.errors import TransferError
 from solver.mesh import TriangleMesh, read_mesh, textured_surface
 from solver.registration import DenseCorrespondence
 from solver.transfer import Landmarks, baked_texture, texture_colors
@@ -118,13 +117,31 @@ def test_files_without_a_texture_have_none() -> None:
     assert textured_surface("\n".join(text).encode(), "off") is None
 
 
-def test_a_vertex_without_faces_is_refused(back: DenseCorrespondence) -> None:
-    read = textured_surface(FILES["glb"](), "glb")
+def test_textures_go_on_where_faces_repeat_vertices(back: DenseCorrespondence) -> None:
+    """A file whose triangles have vertices of their own is one surface."""
+    corners = MESH.faces.ravel()
+    soup = MESH.vertices[corners]
+    own = np.arange(len(corners)).reshape(-1, 3)
+    data = zipped_obj(soup, own, uv(soup) * [1, -1] + [0, 1], image_file(ramp()))
+    read = textured_surface(data, "zip")
     assert read is not None
-    surface, paint = read
-    corner = int(back.faces[0, back.barycentric[0].argmax()])
-    without = (surface.faces != corner).all(axis=1)
-    torn = TriangleMesh(surface.vertices, surface.faces[without], surface.vertex_ids)
-    point = Landmarks(np.full((1, 3), back.source[0]), np.array([[1.0, 0.0, 0.0]]))
-    with pytest.raises(TransferError, match=f"vertex {corner} of the file is part of no face"):
-        texture_colors(point, back, torn, paint)
+    assert read[0].components == 1
+    _, number = np.unique(corners, return_index=True)
+    to_soup = DenseCorrespondence(
+        back.source, number[back.target], number[back.faces], back.barycentric
+    )
+    random = np.random.default_rng(0)
+    points = OTHER.faces[random.integers(0, OTHER.n_faces, size=200)]
+    weights = random.dirichlet(np.ones(3), size=200)
+    places = np.einsum("nc,ncd->nd", weights, OTHER.vertices[points])
+    found = texture_colors(Landmarks(points, weights), to_soup, *read)
+    np.testing.assert_allclose(found[:, :2], ramp_at(places), atol=2e-3)
+
+
+def test_vertices_without_faces_and_without_a_place_are_left_out() -> None:
+    vertices = np.vstack([MESH.vertices, np.full(3, np.nan)])
+    image = image_file(ramp())
+    read = textured_surface(zipped_obj(vertices, MESH.faces, vertices[:, :2] * 0, image), "zip")
+    assert read is not None
+    assert read[0].components == 1
+    np.testing.assert_array_equal(read[0].vertex_ids, MESH.vertex_ids)

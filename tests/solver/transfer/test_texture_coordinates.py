@@ -251,6 +251,22 @@ def test_an_obj_file_has_coordinates_without_its_image() -> None:
     assert read_mesh(glb, "glb").n_vertices == OTHER.n_vertices
 
 
+def test_coordinates_go_on_where_faces_repeat_vertices() -> None:
+    """A file whose triangles have vertices of their own has no seam between them."""
+    corners = MESH.faces.ravel()
+    soup = MESH.vertices[corners]
+    own = np.arange(len(corners)).reshape(-1, 3)
+    read = mapped_surface(textured_obj(soup, own, plane(soup) * [1, -1] + [0, 1]), "obj")
+    assert read is not None
+    back = back_to_mesh(OTHER)
+    _, number = np.unique(corners, return_index=True)
+    to_soup = DenseCorrespondence(
+        back.source, number[back.target], number[back.faces], back.barycentric
+    )
+    carried = carried_paint(OTHER, to_soup, *read)
+    np.testing.assert_allclose(carried.coordinates, plane(OTHER.vertices[OTHER.faces]), atol=2e-3)
+
+
 def test_files_without_coordinates_have_none() -> None:
     plain = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     assert mapped_surface(plain, "obj") is None
