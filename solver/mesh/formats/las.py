@@ -22,6 +22,12 @@ _RECORDS: Final = struct.Struct("<25xB68xHxxxxI"), struct.Struct("<235xQI")
 _LEAST_BYTES: Final = 54, 60
 """Bytes of a record without data, and of an extended one."""
 
+_COMPRESSED: Final = struct.Struct("<96xI4xB")
+"""Start of the points, and their format, whose highest two bits are 10 if they are compressed."""
+
+_LEAST_POINT: Final = 20
+"""Bytes of the smallest record of a point, with which every chunk of LAZ begins."""
+
 _NORMALS: Final = ("normalx", "normaly", "normalz"), ("nx", "ny", "nz")
 """Names of the extra dimensions that programs write normals to, in lower case."""
 
@@ -51,8 +57,10 @@ def read_las(data: bytes) -> TriangleSoup:
         The bytes are not a complete LAS or LAZ file, or it has no points or too many.
     """
     _check_records(data)
+    _check_chunks(data)
     try:
-        with laspy.open(io.BytesIO(data)) as reader:
+        # The parallel reader panics, or aborts the process, where sizes of chunks are damaged.
+        with laspy.open(io.BytesIO(data), laz_backend=laspy.LazBackend.Lazrs) as reader:
             promised, size = reader.header.point_count, reader.header.point_format.size
             if promised * size > _MOST_BYTES:
                 raise MeshError(
@@ -62,6 +70,11 @@ def read_las(data: bytes) -> TriangleSoup:
             points: Any = reader.read()
             places = np.ascontiguousarray(points.xyz, dtype=np.float64)
     except (laspy.LaspyException, LazrsError, ValueError, OverflowError, struct.error) as error:
+        raise MeshError(f"not a LAS file, or a damaged one: {error}") from error
+    except BaseException as error:
+        # A panic of Rust, which has no class that can be imported, nor is an Exception.
+        if type(error).__name__ != "PanicException":
+            raise
         raise MeshError(f"not a LAS file, or a damaged one: {error}") from error
     if len(places) != promised:
         raise MeshError(
@@ -100,6 +113,30 @@ def _check_records(data: bytes) -> None:
                 f"not a LAS file, or a damaged one: the header promises {records} variable length"
                 f" records, more than its {len(data)} bytes can hold"
             )
+
+
+def _check_chunks(data: bytes) -> None:
+    """Refuse more chunks of LAZ than the file has room for: lazrs aborts where memory is short.
+
+    Raises
+    ------
+    MeshError
+        The table of chunks promises them.
+    """
+    start, kind = _COMPRESSED.unpack_from(data.ljust(_COMPRESSED.size, b"\0"))
+    if kind & 0xC0 != 0x80 or start + 8 > len(data):
+        return
+    table = int.from_bytes(data[start : start + 8], "little", signed=True)
+    if table == -1:  # where the writer could not go back, the place is at the end
+        table = int.from_bytes(data[-8:], "little", signed=True)
+    if not 0 <= table <= len(data) - 8:
+        return
+    chunks = int.from_bytes(data[table + 4 : table + 8], "little")
+    if chunks * _LEAST_POINT > len(data):
+        raise MeshError(
+            f"not a LAS file, or a damaged one: it promises {chunks} chunks, more than its"
+            f" {len(data)} bytes can hold"
+        )
 
 
 def _colors(points: Any) -> FloatArray | None:

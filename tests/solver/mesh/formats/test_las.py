@@ -103,11 +103,54 @@ def test_more_records_than_the_file_can_hold_are_refused_before_they_are_read() 
             read_las(bytes(data))
 
 
+@pytest.mark.parametrize("size", [1, 2, 7])
+def test_damaged_sizes_of_chunks_are_refused(size: int) -> None:
+    data = bytearray(written(SPHERE.vertices, compressed=True))
+    at = laszip_record(data) + 12
+    data[at : at + 4] = size.to_bytes(4, "little")
+    with pytest.raises(MeshError, match="not a LAS file, or a damaged one"):
+        read_las(bytes(data))
+
+
+def test_chunks_larger_than_the_file_do_not_end_the_process() -> None:
+    data = bytearray(written(SPHERE.vertices, compressed=True))
+    whole = read_las(bytes(data))
+    at = laszip_record(data) + 12
+    data[at : at + 4] = (2**32 - 2).to_bytes(4, "little")
+    np.testing.assert_array_equal(read_las(bytes(data)).vertices, whole.vertices)
+
+
+@pytest.mark.parametrize("at_the_end", [False, True])
+def test_more_chunks_than_the_file_can_hold_are_refused(at_the_end: bool) -> None:
+    data = bytearray(written(SPHERE.vertices, compressed=True))
+    start = int.from_bytes(data[96:100], "little")
+    table = int.from_bytes(data[start : start + 8], "little")
+    data[table + 4 : table + 8] = (2**32 - 1).to_bytes(4, "little")
+    if at_the_end:
+        data[start : start + 8] = (-1).to_bytes(8, "little", signed=True)
+        data += table.to_bytes(8, "little")
+    with pytest.raises(MeshError, match="4294967295 chunks"):
+        read_las(bytes(data))
+
+
+def test_a_panic_of_the_decompressor_is_an_error() -> None:
+    data = bytearray(written(SPHERE.vertices, compressed=True))
+    first_item = laszip_record(data) + 34
+    data[first_item + 2 : first_item + 4] = (19).to_bytes(2, "little")
+    with pytest.raises(MeshError, match="not a LAS file, or a damaged one"):
+        read_las(bytes(data))
+
+
 def test_a_header_of_an_unknown_version_is_refused() -> None:
     data = bytearray(written(SPHERE.vertices))
     data[24:26] = 9, 9
     with pytest.raises(MeshError, match="not a LAS file, or a damaged one"):
         read_mesh(bytes(data), "las")
+
+
+def laszip_record(data: bytearray) -> int:
+    """Place of the record with the sizes of chunks and of the parts of a point."""
+    return data.find(b"laszip encoded") + 52
 
 
 def empty() -> bytes:
