@@ -23,7 +23,6 @@ from solver.mesh.repair.welding import without_duplicate_parts, without_seams, w
 from solver.mesh.repair.winding import with_consistent_winding
 
 _STEPS = (
-    without_repeated_corners,
     checked_precision,
     without_duplicate_parts,
     without_short_edges,
@@ -75,8 +74,10 @@ def repaired(soup: TriangleSoup) -> TriangleSoup:
     MeshError
         There is no surface in it, or its coordinates cannot be computed with.
     """
-    check_coordinates(soup.vertices, soup.faces)
     before = len(soup.vertices) + len(soup.merged)
+    # Faces without a surface have no say in the extent.
+    soup = without_repeated_corners(soup)
+    check_coordinates(soup.vertices, soup.faces)
     for step in _STEPS:
         soup = step(soup.compacted())
     soup = soup.compacted()

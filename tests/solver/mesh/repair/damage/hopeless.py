@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from solver.mesh import TriangleMesh
-from tests.solver.mesh.repair.damage.damaged import Damage, Damaged, damaged_mesh
+from tests.solver.mesh.repair.damage.damaged import Damage, Damaged, damaged_mesh, with_points
 
 
 def not_a_number(mesh: TriangleMesh) -> Damaged:
@@ -26,6 +26,14 @@ def on_a_line(mesh: TriangleMesh) -> Damaged:
 
 def in_a_point(mesh: TriangleMesh) -> Damaged:
     return damaged_mesh(mesh, mesh.vertices * 0.0 + 3.0)
+
+
+def in_a_point_but_for_a_face_with_a_corner_twice(mesh: TriangleMesh) -> Damaged:
+    vertices = with_points(mesh, np.zeros(3))
+    vertices[:-1] = 3.0
+    return damaged_mesh(
+        mesh, vertices, [*mesh.faces.tolist(), [0, mesh.n_vertices, mesh.n_vertices]]
+    )
 
 
 def beyond_numbers(mesh: TriangleMesh) -> Damaged:
@@ -53,6 +61,7 @@ HOPELESS: Mapping[Damage, str] = {
     infinite: "vertex 44 has a coordinate that is not a finite number",
     on_a_line: "no face has an area",
     in_a_point: "no extent",
+    in_a_point_but_for_a_face_with_a_corner_twice: "no extent",
     beyond_numbers: "too large or too small",
     below_numbers: "too large or too small",
     lost_in_single_precision: "its details are lost; move it to the origin",
