@@ -17,7 +17,8 @@ from solver.mesh.formats.archive import mesh_in_zip, read_zip
 from solver.mesh.formats.contents import merge_coincident
 from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
 from solver.mesh.formats.gltf_data import GltfData
-from solver.mesh.formats.gltf_scene import MODES, placed_nodes
+from solver.mesh.formats.gltf_scene import MODES, scene_of
+from solver.mesh.formats.gltf_skins import check_joints, influences, joint_nodes
 from solver.mesh.formats.las import read_las
 from solver.mesh.formats.obj import read_obj, read_obj_coordinates, read_obj_parts
 from solver.mesh.formats.off import read_off
@@ -53,12 +54,15 @@ __all__ = [
     "Property",
     "TriangleSoup",
     "binary_columns",
+    "check_joints",
+    "influences",
+    "joint_nodes",
     "merge_coincident",
     "mesh_in_zip",
-    "placed_nodes",
     "ply_columns",
     "read_glb_with",
     "read_obj",
     "read_obj_coordinates",
     "read_obj_parts",
+    "scene_of",
 ]

@@ -1,6 +1,7 @@
 """glTF 2.0, binary (GLB) or JSON with its buffers inside or in companion files.
 
-The meshes of the scene are transformed by their nodes and joined into one. A vertex of glTF has one
+The meshes of the scene are transformed by their nodes, or by the joints of their skins as these are
+placed in the file, and joined into one. A vertex of glTF has one
 normal and one pair of texture coordinates, so files repeat vertices along seams and creases;
 vertices in the same position are merged again.
 
@@ -23,7 +24,8 @@ from solver.mesh.formats.companions import Companions
 from solver.mesh.formats.contents import check_indices, merge_coincident
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_materials import GltfMaterial, GltfMaterials
-from solver.mesh.formats.gltf_scene import MODES, check_tree, placed_nodes
+from solver.mesh.formats.gltf_scene import MODES, Placement, check_tree, scene_of
+from solver.mesh.formats.gltf_skins import GltfSkins, check_joints, influences, skinned
 from solver.mesh.repair import TriangleSoup
 from solver.mesh.textures import Paint, Texture, linear_light, painted_colors, tinted
 
@@ -183,7 +185,7 @@ def _reason(error: Exception) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The triangles of one primitive, transformed by one node.
+    """The triangles of one primitive, placed by one node or not yet.
 
     Attributes
     ----------
@@ -195,6 +197,8 @@ class _Part:
         (V, 2) texture coordinates, transformed by the material; ``None`` without.
     material
         Base colour.
+    influences
+        (V, k) joints and weights of a mesh with a skin; ``None`` without.
     """
 
     vertices: FloatArray
@@ -202,16 +206,21 @@ class _Part:
     colors: FloatArray | None
     coordinates: FloatArray | None
     material: GltfMaterial
+    influences: tuple[IntArray, FloatArray] | None = None
 
 
 def _parts(data: GltfData, materials: GltfMaterials) -> list[_Part]:
     parts: list[_Part] = []
     meshes = data.tree.get("meshes", [])
-    for mesh, matrices in placed_nodes(data.tree):
+    scene = scene_of(data.tree)
+    skins = GltfSkins(data, scene)
+    for mesh, placements in scene.meshes:
         for primitive in meshes[mesh]["primitives"]:
             if primitive.get("mode", 4) in MODES:
                 part = _part(data, materials, primitive)
-                parts.extend(_placed(part, matrix) for matrix in matrices)
+                if any(one.skin is not None for one in placements):
+                    part = replace(part, influences=influences(data, primitive["attributes"]))
+                parts.extend(_placed(part, one, skins) for one in placements)
     return parts
 
 
@@ -240,10 +249,18 @@ def _part(data: GltfData, materials: GltfMaterials, primitive: Any) -> _Part:
     return _Part(vertices, faces, colors, coordinates, material)
 
 
-def _placed(part: _Part, matrix: FloatArray) -> _Part:
+def _placed(part: _Part, placement: Placement, skins: GltfSkins) -> _Part:
+    matrix = placement.matrix
+    if placement.skin is None or part.influences is None:
+        vertices = part.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    else:
+        joints, weights = part.influences
+        matrices = skins.matrices(placement.skin)
+        check_joints(joints, len(matrices))
+        vertices, matrix = skinned(part.vertices, joints, weights, matrices), matrices[0]
     # A reflection reverses the winding.
     faces = part.faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else part.faces
-    return replace(part, vertices=part.vertices @ matrix[:3, :3].T + matrix[:3, 3], faces=faces)
+    return replace(part, vertices=vertices, faces=faces)
 
 
 def _joined(parts: Sequence[_Part]) -> TriangleSoup:

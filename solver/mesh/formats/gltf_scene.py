@@ -1,6 +1,8 @@
 """The scene of a glTF file: checks before anything is read, and transformations of nodes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -45,8 +47,40 @@ MODES: Mapping[int, Callable[[IntArray], IntArray]] = {4: _triangles, 5: _strip,
 """(n,) indices to (F, 3) triangles, by primitive mode; other modes are points and lines."""
 
 
-def placed_nodes(tree: Any) -> list[tuple[int, list[FloatArray]]]:
-    """Return the meshes that the scene shows, in the order of the file, and their (4, 4) matrices.
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """One of the nodes that show a mesh.
+
+    Parameters
+    ----------
+    matrix
+        (4, 4) transformation of the node.
+    skin
+        Index of its skin, whose joints then place the mesh, not the node; ``None`` without.
+    """
+
+    matrix: FloatArray
+    skin: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What a glTF file shows.
+
+    Parameters
+    ----------
+    meshes
+        The meshes that are shown, in the order of the file, and the nodes that show them.
+    transforms
+        (4, 4) matrix of each node that is shown, by its index; of every node if there are skins.
+    """
+
+    meshes: list[tuple[int, list[Placement]]]
+    transforms: Mapping[int, FloatArray]
+
+
+def scene_of(tree: Any) -> Scene:
+    """Return the scene that a file shows.
 
     Parameters
     ----------
@@ -55,25 +89,31 @@ def placed_nodes(tree: Any) -> list[tuple[int, list[FloatArray]]]:
     """
     nodes = tree.get("nodes", [])
     scenes = tree.get("scenes", [])
-    if scenes:
-        roots = entry(scenes, tree.get("scene", 0), "scene").get("nodes", [])
-    else:
-        inner = {child for node in nodes for child in node.get("children", [])}
-        roots = [index for index in range(len(nodes)) if index not in inner]
-    placed: dict[int, list[FloatArray]] = {}
-    seen: set[int] = set()
+    inner = {child for node in nodes for child in node.get("children", [])}
+    outer = [index for index in range(len(nodes)) if index not in inner]
+    roots = entry(scenes, tree.get("scene", 0), "scene").get("nodes", []) if scenes else outer
+    shown = _transforms(nodes, roots)
+    everywhere = _transforms(nodes, outer) | shown if tree.get("skins") else shown
+    placed: dict[int, list[Placement]] = {}
+    for index, matrix in shown.items():
+        node = nodes[index]
+        if "mesh" in node:
+            placed.setdefault(node["mesh"], []).append(Placement(matrix, node.get("skin")))
+    return Scene(sorted(placed.items(), key=itemgetter(0)), everywhere)
+
+
+def _transforms(nodes: Any, roots: Sequence[int]) -> dict[int, FloatArray]:
+    """Matrices of the nodes below some, these included, depth first."""
+    found: dict[int, FloatArray] = {}
     waiting = [(root, np.eye(4)) for root in reversed(roots)]
     while waiting:
         index, above = waiting.pop()
         node = entry(nodes, index, "node")
-        if index in seen:
+        if index in found:
             continue
-        seen.add(index)
-        matrix = above @ _matrix(node)
-        if "mesh" in node:
-            placed.setdefault(node["mesh"], []).append(matrix)
-        waiting += [(child, matrix) for child in reversed(node.get("children", []))]
-    return sorted(placed.items())
+        found[index] = above @ _matrix(node)
+        waiting += [(child, found[index]) for child in reversed(node.get("children", []))]
+    return found
 
 
 def _matrix(node: Any) -> FloatArray:
@@ -179,9 +219,9 @@ def _check_primitive(primitive: Any, accessors: Any) -> int:
         raise MeshError("sparse or compressed glTF data is not supported; save it uncompressed")
     if position["componentType"] != FLOAT or position["type"] != "VEC3":
         raise MeshError("quantised glTF positions are not supported; save them as floats")
-    colors = [
+    others = [
         entry(accessors, index, "accessor")
         for name, index in primitive["attributes"].items()
-        if name.startswith(("COLOR_", "TEXCOORD_"))
+        if name.startswith(("COLOR_", "TEXCOORD_", "JOINTS_", "WEIGHTS_"))
     ]
-    return sum(accessor["count"] * ITEMS[accessor["type"]] for accessor in (*used, *colors))
+    return sum(accessor["count"] * ITEMS[accessor["type"]] for accessor in (*used, *others))

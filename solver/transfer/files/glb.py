@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solver.errors import MeshError, TransferError
-from solver.mesh.formats import MODES, GltfData, placed_nodes, read_glb_with
+from solver.mesh.formats import MODES, GltfData, read_glb_with, scene_of
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.limits import check_size
@@ -36,12 +36,12 @@ def read_glb_attributes(data: bytes) -> list[Attribute]:
 def _attributes(data: GltfData) -> list[Attribute]:
     parts: list[dict[str, npt.NDArray[Any]]] = []
     joints: tuple[str, ...] = ()
-    for mesh, matrices in placed_nodes(data.tree):
+    for mesh, placements in scene_of(data.tree).meshes:
         joints = joints or _joint_names(data, mesh)
         for primitive in data.tree["meshes"][mesh]["primitives"]:
             if primitive.get("mode", 4) in MODES:
                 part = _values(data, primitive["attributes"])
-                parts += [part] * len(matrices)
+                parts += [part] * len(placements)
     shared = set.intersection(*(set(part) for part in parts)) if parts else set()
     names = [name for name in parts[0] if name in shared] if parts else []
     return [_joined(name, [part[name] for part in parts], joints) for name in names]

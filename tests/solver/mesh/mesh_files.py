@@ -88,6 +88,24 @@ def gltf_tree(vertices: FloatArray, faces: IntArray) -> tuple[dict[str, Any], by
     return tree, positions + indices
 
 
+def gltf_accessor(tree: dict[str, Any], buffer: bytes, values: np.ndarray) -> bytes:
+    """Append an accessor to a tree, of (n, 3), (n, 4) or (n, 16) values; the longer buffer."""
+    stored = values.tobytes()
+    tree["bufferViews"].append({"buffer": 0, "byteOffset": len(buffer), "byteLength": len(stored)})
+    kind = {"|u1": 5121, "<f4": 5126}[values.dtype.str]
+    tree["accessors"].append(
+        {
+            "bufferView": len(tree["bufferViews"]) - 1,
+            "componentType": kind,
+            "count": len(values),
+            "type": {3: "VEC3", 4: "VEC4", 16: "MAT4"}[values.shape[1]],
+        }
+    )
+    buffer += stored + b"\0" * (-len(stored) % 4)
+    tree["buffers"][0]["byteLength"] = len(buffer)
+    return buffer
+
+
 def glb_of(tree: dict[str, Any], buffer: bytes) -> bytes:
     """GLB of a tree and its buffer."""
     text = json.dumps(tree).encode()

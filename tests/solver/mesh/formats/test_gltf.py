@@ -44,6 +44,74 @@ def test_gltf_meshes_are_joined_and_placed_by_their_nodes() -> None:
     assert "2 meshes of the scene were joined" in mesh.warnings
 
 
+def skinned_square(
+    nodes: list[dict[str, Any]], joint_of: list[int]
+) -> tuple[dict[str, Any], bytes]:
+    """The square, moved by joints 0 and 1 of a skin, nodes 1 and 2, that were bound at z = 5."""
+    tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
+    tree["nodes"] = nodes
+    joints = np.zeros((4, 4), dtype=np.uint8)
+    joints[:, 0] = joint_of
+    weights = np.tile(np.array([1, 0, 0, 0], "<f4"), (4, 1))
+    inverse = np.tile(np.eye(4, dtype="<f4"), (2, 1, 1))
+    inverse[:, 3, 2] = -5.0
+    for name, values in (("JOINTS_0", joints), ("WEIGHTS_0", weights)):
+        tree["meshes"][0]["primitives"][0]["attributes"][name] = len(tree["accessors"])
+        buffer = mesh_files.gltf_accessor(tree, buffer, values)
+    tree["skins"] = [{"joints": [1, 2], "inverseBindMatrices": len(tree["accessors"])}]
+    return tree, mesh_files.gltf_accessor(tree, buffer, inverse.reshape(-1, 16))
+
+
+def test_gltf_meshes_with_a_skin_are_placed_by_its_joints() -> None:
+    bound = {"translation": [0, 0, 5]}
+    nodes: list[dict[str, Any]] = [
+        {"mesh": 0, "skin": 0, "translation": [100, 0, 0]},
+        bound,
+        bound,
+        {"children": [1, 2], "translation": [0, 7, 0], "scale": [-2, 2, 2]},
+    ]
+    tree, buffer = skinned_square(nodes, [0, 0, 1, 1])
+    tree["scenes"] = [{"nodes": [0, 3]}]
+    mesh = read_mesh(mesh_files.glb_of(tree, buffer), "glb")
+    np.testing.assert_allclose(mesh.vertices, SQUARE * [-2, 2, 2] + [0, 7, 0], atol=1e-12)
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0.0).all()
+
+
+def test_gltf_joints_that_were_moved_apart_bend_the_mesh() -> None:
+    nodes: list[dict[str, Any]] = [{"mesh": 0, "skin": 0}]
+    nodes += [{"translation": [0, 0, 5]}, {"translation": [0, 0, 8]}]
+    tree, buffer = skinned_square(nodes, [0, 0, 1, 1])
+    mesh = read_mesh(mesh_files.glb_of(tree, buffer), "glb")
+    np.testing.assert_allclose(mesh.vertices, SQUARE + np.outer([0, 0, 1, 1], [0, 0, 3]))
+
+
+def test_gltf_meshes_without_a_skin_ignore_their_joints() -> None:
+    nodes: list[dict[str, Any]] = [{"mesh": 0, "translation": [50, 0, 0]}, {}, {}]
+    mesh = read_mesh(mesh_files.glb_of(*skinned_square(nodes, [0, 0, 9, 9])), "glb")
+    np.testing.assert_allclose(mesh.vertices, SQUARE + np.array([50, 0, 0]))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda tree: tree["nodes"][0].update(skin=1), "skin 1, which does not exist"),
+        (lambda tree: tree["skins"][0].update(joints=[1, 9]), "node 9, which does not exist"),
+        (lambda tree: tree["skins"][0].update(joints=[]), "no joints"),
+        (lambda tree: tree["skins"][0].update(joints=[1]), "joint 1 does not exist"),
+        (lambda tree: tree["skins"][0].update(joints=[1, 2, 1]), "no matrix for every joint"),
+        (lambda tree: tree["accessors"][2].update(count=3), "joints and weights for every vertex"),
+    ],
+)
+def test_gltf_skins_that_are_damaged_are_refused(
+    change: Callable[[dict[str, Any]], object], reason: str
+) -> None:
+    tree, buffer = skinned_square([{"mesh": 0, "skin": 0}, {}, {}], [0, 0, 1, 1])
+    change(tree)
+    with pytest.raises(MeshError, match=reason):
+        read_mesh(mesh_files.glb_of(tree, buffer), "glb")
+
+
 def test_gltf_colors() -> None:
     tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
     colors = np.tile(np.array([255, 0, 51, 255], np.uint8), (4, 1)).tobytes()
