@@ -1,13 +1,22 @@
 """Attributes of the vertices of binary glTF 2.0: COLOR_0, JOINTS_n and WEIGHTS_n, ``_NAME``."""
 
 from collections.abc import Sequence
-from typing import Any, Final
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
-import numpy.typing as npt
 
+from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError, TransferError
-from solver.mesh.formats import MODES, GltfData, read_glb_with, scene_of
+from solver.mesh.formats import (
+    MODES,
+    GltfData,
+    check_joints,
+    influences,
+    joint_nodes,
+    read_glb_with,
+    scene_of,
+)
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.limits import check_size
@@ -20,7 +29,9 @@ WHOLE: Final = 2.0**24
 def read_glb_attributes(data: bytes) -> list[Attribute]:
     """Read the attributes of the vertices, numbered as :func:`solver.mesh.read_mesh` numbers them.
 
-    Numbers that are all whole become labels. Joints have the names of their nodes.
+    Numbers that are all whole become labels. Joints have the names of their nodes, and are one
+    where skins share a node. Vertices of meshes without an attribute have no value (nan), and no
+    weights (0).
 
     Raises
     ------
@@ -33,53 +44,65 @@ def read_glb_attributes(data: bytes) -> list[Attribute]:
         raise TransferError(str(error)) from error
 
 
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Attributes of the vertices of one primitive, as one node shows it.
+
+    Parameters
+    ----------
+    rows
+        Number V of vertices.
+    values
+        (V, n) by the name of the attribute.
+    influences
+        (V, k) joints, by the numbers of the skin, and their weights; ``None`` without.
+    skin
+        Index of the skin; ``None`` without.
+    """
+
+    rows: int
+    values: dict[str, FloatArray]
+    influences: tuple[IntArray, FloatArray] | None
+    skin: int | None = None
+
+
 def _attributes(data: GltfData) -> list[Attribute]:
-    parts: list[dict[str, npt.NDArray[Any]]] = []
-    joints: tuple[str, ...] = ()
+    parts: list[_Part] = []
+    values = 0
     for mesh, placements in scene_of(data.tree).meshes:
-        joints = joints or _joint_names(data, mesh)
         for primitive in data.tree["meshes"][mesh]["primitives"]:
             if primitive.get("mode", 4) in MODES:
-                part = _values(data, primitive["attributes"])
-                parts += [part] * len(placements)
-    shared = set.intersection(*(set(part) for part in parts)) if parts else set()
-    names = [name for name in parts[0] if name in shared] if parts else []
-    return [_joined(name, [part[name] for part in parts], joints) for name in names]
+                part = _part(data, primitive["attributes"])
+                values += sum(one.size for one in part.values.values())
+                check_size(1, values)
+                parts += [replace(part, skin=one.skin) for one in placements]
+    names = dict.fromkeys(name for part in parts for name in part.values)
+    rows = [part.rows for part in parts]
+    check_size(len(names), sum(rows))
+    tables = {name: [part.values.get(name) for part in parts] for name in names}
+    widest = [max(one.shape[1] for one in some if one is not None) for some in tables.values()]
+    check_size(sum(widest), sum(rows))
+    found = [_joined(name, some, rows) for name, some in tables.items()]
+    if all(part.influences is None for part in parts):
+        return found
+    return [_skin(data, parts), *(one for one in found if one.name != WEIGHTS_NAME)]
 
 
-def _values(data: GltfData, attributes: dict[str, int]) -> dict[str, npt.NDArray[Any]]:
-    """Values by the name of the attribute; of skinning weights, joints and weights side by side."""
-    found: dict[str, npt.NDArray[Any]] = {}
+def _part(data: GltfData, attributes: dict[str, int]) -> _Part:
+    found: dict[str, FloatArray] = {}
     rows = data.entry("accessors", attributes["POSITION"])["count"]
+    check_size(len(attributes), rows)
     if "COLOR_0" in attributes:
         found[COLORS_NAME] = data.normalised(attributes["COLOR_0"])
-    sets = [name.removeprefix("JOINTS_") for name in attributes if name.startswith("JOINTS_")]
-    if sets:
-        joints = np.hstack([data.values(attributes[f"JOINTS_{one}"]) for one in sets])
-        weights = np.hstack([data.normalised(attributes[f"WEIGHTS_{one}"]) for one in sets])
-        found[WEIGHTS_NAME] = np.hstack([joints.astype(np.float64), weights])
     for name, index in attributes.items():
-        if name.startswith("_") and len(name) > 1:
+        if name.startswith("_") and name[1:] not in ("", *found):
             scaled = data.entry("accessors", index).get("normalized", False)
             values = data.normalised(index) if scaled else data.values(index).astype(np.float64)
-            found[name[1:]] = values[:, 0] if values.shape[1] == 1 else values
+            found[name[1:]] = values
     for name, values in found.items():
         if len(values) != rows:
             raise MeshError(f"{name[:40]} of the glTF file does not have a value for every vertex")
-        check_size(values.size // max(len(values), 1), len(values))
-    return found
-
-
-def _joint_names(data: GltfData, mesh: int) -> tuple[str, ...]:
-    for node in data.tree.get("nodes", []):
-        if node.get("mesh") == mesh and "skin" in node:
-            places = data.entry("skins", node["skin"])["joints"]
-            names = [
-                str(data.entry("nodes", place).get("name", f"joint{number}"))
-                for number, place in enumerate(places)
-            ]
-            return tuple(names) if len(set(names)) == len(names) else numbered_joints(len(names))
-    return ()
+    return _Part(rows, found, influences(data, attributes))
 
 
 def numbered_joints(count: int) -> tuple[str, ...]:
@@ -87,18 +110,64 @@ def numbered_joints(count: int) -> tuple[str, ...]:
     return tuple(f"joint{number}" for number in range(count))
 
 
-def _joined(name: str, parts: Sequence[npt.NDArray[Any]], joints: tuple[str, ...]) -> Attribute:
-    if any(part.shape[1:] != parts[0].shape[1:] for part in parts):
+def _skin(data: GltfData, parts: Sequence[_Part]) -> Attribute:
+    """Weights of the joints of all skins, each joint once, by its node."""
+    rows = [part.rows for part in parts]
+    nodes = _joints_by_skin(data, parts)
+    column = {node: 0 for joints in nodes.values() for node in joints}
+    column = {node: number for number, node in enumerate(column)}
+    check_size(len(column), sum(rows))
+    columns = {
+        skin: np.array([column[node] for node in joints], dtype=np.int64)
+        for skin, joints in nodes.items()
+    }
+    table = np.zeros((sum(rows), len(column)))
+    for part, end in zip(parts, np.cumsum(rows).tolist(), strict=True):
+        if part.influences is not None and part.skin in columns:
+            joints, weights = part.influences
+            own = columns[part.skin]
+            check_joints(joints, len(own))
+            table[end - part.rows : end] = dense_weights(own[joints], weights, len(column))
+    names = numbered_joints(len(column))
+    if None not in nodes:
+        known = [data.entry("nodes", node).get("name") for node in column]
+        named = tuple(str(one or other) for one, other in zip(known, names, strict=True))
+        names = named if len(set(named)) == len(named) else names
+    return Attribute(WEIGHTS_NAME, table, names)
+
+
+def _joints_by_skin(data: GltfData, parts: Sequence[_Part]) -> dict[int | None, Sequence[int]]:
+    """Nodes of the joints of each skin; where no mesh has one, joints by number, of skin None.
+
+    Beside meshes with a skin, the joints of one without it move nothing.
+    """
+    weighted = [part for part in parts if part.influences is not None]
+    skins = dict.fromkeys(part.skin for part in weighted if part.skin is not None)
+    if skins:
+        return {skin: joint_nodes(data, skin) for skin in skins}
+    greatest = max(int(part.influences[0].max(initial=0)) for part in weighted if part.influences)
+    check_size(greatest + 1, sum(part.rows for part in parts))
+    return {None: range(greatest + 1)}
+
+
+def _joined(name: str, tables: Sequence[FloatArray | None], rows: Sequence[int]) -> Attribute:
+    """One table of the values of all primitives, nan for those without."""
+    widths = {table.shape[1] for table in tables if table is not None}
+    width = max(widths)
+    if len(widths) > 1 and name != COLORS_NAME:
         raise MeshError(f"{name[:40]} differs in width between the meshes of the glTF file")
-    values = np.concatenate(parts)
-    if name == COLORS_NAME:
-        return Attribute(name, values, CHANNELS[: values.shape[1]])
-    if name == WEIGHTS_NAME:
-        half = values.shape[1] // 2
-        numbers, weights = values[:, :half].astype(np.int64), values[:, half:]
-        table = dense_weights(numbers, weights, len(joints) or None)
-        return Attribute(name, table, joints or numbered_joints(table.shape[1]))
-    whole = values.ndim == 1 and bool((np.abs(values) <= WHOLE).all())
-    if whole and bool((values == np.rint(values)).all()):
-        return Attribute(name, values.astype(np.int64))
-    return Attribute(name, values)
+    values = np.full((sum(rows), width), np.nan)
+    for table, count, end in zip(tables, rows, np.cumsum(rows).tolist(), strict=True):
+        if table is not None:
+            # Colours without transparency beside others are opaque.
+            values[end - count : end, table.shape[1] :] = 1.0
+            values[end - count : end, : table.shape[1]] = table
+    if name == COLORS_NAME and width in (3, 4):
+        return Attribute(name, values, CHANNELS[:width])
+    if width > 1:
+        return Attribute(name, values)
+    (numbers,) = values.T
+    whole = bool((np.abs(numbers) <= WHOLE).all())
+    if whole and bool((numbers == np.rint(numbers)).all()):
+        return Attribute(name, numbers.astype(np.int64))
+    return Attribute(name, numbers)
