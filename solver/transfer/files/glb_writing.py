@@ -1,6 +1,7 @@
 """Surfaces written as binary glTF 2.0, with attributes of their vertices."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -10,7 +11,7 @@ from solver.errors import TransferError
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import color_bytes
 from solver.transfer.files.glb import WHOLE, numbered_joints
-from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile
+from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile, for_single_precision
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES
 from solver.transfer.skinning import normalised_weights
@@ -30,7 +31,8 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     greatest first, and a skin whose joints lie in the middle of what they move. All others are
     ``_NAME``, in single precision; those of text are numbers, and `extras` of the primitive has
     the texts. Vertices of no face have zeros where they have no value. With attributes of faces,
-    which glTF has not, each triangle has vertices of its own.
+    which glTF has not, each triangle has vertices of its own. A shape that is far from the origin,
+    very large or very small is placed by its node, or by that of its joints.
 
     Raises
     ------
@@ -42,7 +44,9 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     for surface in surfaces:
         if any(one.on == FACES for one in surface.attributes):
             surface = surface.with_corners_apart()
-        position = surface.vertices.astype("<f4")
+        vertices, placed = for_single_precision(surface.vertices)
+        surface = replace(surface, vertices=vertices)
+        position = vertices.astype("<f4")
         bounds = {"min": position.min(axis=0).tolist(), "max": position.max(axis=0).tolist()}
         primitive: dict[str, Any] = {
             "attributes": {"POSITION": file.accessor(position, VERTEX_DATA, **bounds)},
@@ -51,9 +55,11 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
         node: dict[str, Any] = {"name": surface.name}
         for one in surface.attributes:
             if one.name == WEIGHTS_NAME and one.width:
-                node["skin"] = _write_skin(file, primitive, one, surface)
+                node["skin"] = _write_skin(file, primitive, one, surface, placed)
             else:
                 _write_attribute(file, primitive, one, surface)
+        if "skin" not in node:  # whose joints would place the mesh alone
+            node |= placed
         node["mesh"] = file.append("meshes", {"name": surface.name, "primitives": [primitive]})
         file.tree["scenes"][0]["nodes"].append(file.append("nodes", node))
     return file.to_bytes()
@@ -95,7 +101,11 @@ def _check_numbers(name: str, values: npt.NDArray[Any]) -> None:
 
 
 def _write_skin(
-    file: GlbFile, primitive: dict[str, Any], attribute: Attribute, surface: WrittenSurface
+    file: GlbFile,
+    primitive: dict[str, Any],
+    attribute: Attribute,
+    surface: WrittenSurface,
+    placed: dict[str, list[float]],
 ) -> int:
     weights = np.nan_to_num(attribute.values, nan=0.0)
     shares = normalised_weights(weights)
@@ -122,7 +132,7 @@ def _write_skin(
         file.append("nodes", {"name": name, "translation": middle})
         for name, middle in zip(names, middles.tolist(), strict=True)
     ]
-    root = file.append("nodes", {"name": "joints", "children": nodes})
+    root = file.append("nodes", {"name": "joints", "children": nodes, **placed})
     file.tree["scenes"][0]["nodes"].append(root)
     inverse = np.tile(np.eye(4, dtype="<f4"), (len(nodes), 1, 1))
     inverse[:, 3, :3] = -middles  # column by column, so this is the last column

@@ -10,7 +10,7 @@ from PIL import Image
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, vertex_normals
 from solver.mesh.textures import Paint, Texture, Wrap, linear_light
-from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile
+from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile, for_single_precision
 from solver.transfer.files.surface import WrittenSurface
 
 _WRAPS: Final = {Wrap.REPEAT: 10497, Wrap.CLAMP: 33071, Wrap.MIRROR: 33648}
@@ -38,7 +38,8 @@ def write_textured_glb(name: str, mesh: TriangleMesh, paint: Paint, mipmaps: boo
     table = np.column_stack([corners, paint.coordinates.reshape(-1, 2)])
     _, first, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
     faces = inverse.reshape(-1, 3)
-    position = mesh.vertices[corners[first]].astype("<f4")
+    vertices, placed = for_single_precision(mesh.vertices)
+    position = vertices[corners[first]].astype("<f4")
     normals = vertex_normals(mesh.vertices, mesh.faces)[corners[first]]
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     upright = np.where(lengths > 0.0, normals / np.maximum(lengths, 1e-300), [0.0, 0.0, 1.0])
@@ -57,7 +58,7 @@ def write_textured_glb(name: str, mesh: TriangleMesh, paint: Paint, mipmaps: boo
         for chosen, material in _materials(file, paint, mipmaps)
     ]
     mesh_index = file.append("meshes", {"name": name, "primitives": primitives})
-    node = file.append("nodes", {"name": name, "mesh": mesh_index})
+    node = file.append("nodes", {"name": name, "mesh": mesh_index, **placed})
     file.tree["scenes"][0]["nodes"].append(node)
     return file.to_bytes()
 

@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from solver.errors import TransferError
 from solver.mesh import read_mesh, triangle_mesh
 from solver.mesh.formats import read_glb_with
+from solver.mesh.textures import Paint
 from solver.transfer import FACES, VERTICES, Attribute
-from solver.transfer.files import WrittenSurface, read_attributes, write_npz
+from solver.transfer.files import WrittenSurface, read_attributes, write_npz, write_textured_glb
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.solver.transfer.files.written import write_attributes
@@ -110,6 +111,49 @@ def test_glb_has_joints_in_sets_of_four_the_greatest_first(joints: int, sets: in
     np.testing.assert_allclose(first[:, 0], weights.max(axis=1), atol=1e-6)
     opened: Any = trimesh.load(io.BytesIO(data), file_type="glb", force="mesh", process=False)
     assert len(opened.vertices) == ROWS
+
+
+@pytest.mark.parametrize("what", ["plain", "joints", "textured"])
+@pytest.mark.parametrize(
+    ("scale", "place"),
+    [(1.0, [5e6, 5e5, 100.0]), (1e50, [0.0, 0, 0]), (1e-50, [0.0, 0, 0]), (1e35, [3e37, 0, 0])],
+)
+def test_glb_keeps_shapes_far_from_the_origin_and_of_any_size(
+    scale: float, place: list[float], what: str
+) -> None:
+    mesh = triangle_mesh(scale * MESH.vertices + place, MESH.faces)
+    attributes = [table(0)["weights"]] if what == "joints" else []
+    if what == "textured":
+        data = write_textured_glb("mesh", mesh, plain_paint(mesh.n_faces))
+    else:
+        data = write_attributes(attributes, "glb", WrittenSurface.of(mesh, attributes))
+    found = read_mesh(data, "glb")
+    np.testing.assert_array_equal(found.faces, mesh.faces)
+    np.testing.assert_allclose(found.vertices, mesh.vertices, rtol=1e-15, atol=1e-6 * scale)
+    if what != "joints":  # trimesh does not know of skins
+        seen: Any = trimesh.load(io.BytesIO(data), file_type="glb", process=False)
+        (corners,) = seen.dump()
+        np.testing.assert_allclose(
+            corners.bounds,
+            [mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)],
+            rtol=1e-15,
+            atol=1e-6 * scale,
+        )
+
+
+def test_glb_of_shapes_near_the_origin_has_nodes_without_a_transformation() -> None:
+    near = triangle_mesh(MESH.vertices + 7.0, MESH.faces)
+    for data in (
+        write_attributes([], "glb", WrittenSurface.of(near, [])),
+        write_textured_glb("mesh", near, plain_paint(near.n_faces)),
+    ):
+        (node,) = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])["nodes"]
+        assert not {"translation", "scale", "matrix"} & {*node}
+
+
+def plain_paint(count: int) -> Paint:
+    """White faces."""
+    return Paint(np.zeros((count, 3, 2)), np.ones((count, 3)), np.full(count, -1), ())
 
 
 def test_obj_has_colours_or_groups_of_labels() -> None:
