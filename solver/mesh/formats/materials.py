@@ -8,7 +8,7 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.mesh.formats.companions import Companions
-from solver.mesh.formats.text import decode
+from solver.mesh.formats.text import decode, lines_of
 from solver.mesh.textures import ImageBudget, Texture, Wrap
 
 _SWITCHES = frozenset({"-blendu", "-blendv", "-cc", "-clamp"})
@@ -89,7 +89,7 @@ def read_materials(data: bytes) -> dict[str, ObjMaterial]:
     # The last line of a keyword counts, and only that is parsed.
     written: dict[str, dict[str, str]] = {}
     said: dict[str, str] | None = None
-    for line in decode(data).splitlines():
+    for line in lines_of(decode(data)):
         keyword, rest = [*line.split(maxsplit=1), "", ""][:2]
         if keyword == "newmtl":
             said = written[rest.strip()] = {}

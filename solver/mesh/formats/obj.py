@@ -14,11 +14,15 @@ from solver.errors import MeshError
 from solver.mesh.formats.companions import Companions
 from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
 from solver.mesh.formats.materials import ObjMaterial, read_materials
-from solver.mesh.formats.text import decode, float_table, last_line_note, plain_reason
+from solver.mesh.formats.text import decode, float_table, last_line_note, lines_of, plain_reason
 from solver.mesh.repair import TriangleSoup, triangulated
 from solver.mesh.textures import ImageBudget, Paint, Texture, painted_colors
 
 _OTHER_INDICES = re.compile(r"/\S*")
+
+_CONTINUED = re.compile(r"(#.*|^[ \t]*(?:g|o|usemtl)[ \t].*)|\\\n", re.MULTILINE)
+"""A backslash before a line break, or what keeps one that ends it: comments and names, which may be
+paths of Windows."""
 
 
 @dataclass
@@ -138,7 +142,7 @@ def _sorted_lines(text: str) -> _Lines:
     numbers = {"": 0}
     current = 0
     named = {"g": "", "o": ""}
-    for line in re.sub(r"\\\r?\n", " ", text).splitlines():
+    for line in _joined_lines(text):
         keyword, rest = [*line.split(maxsplit=1), "", ""][:2]
         if keyword == "v":
             lines.positions.append(rest.partition("#")[0])
@@ -158,6 +162,14 @@ def _sorted_lines(text: str) -> _Lines:
             lines.libraries.append(rest.strip())
     lines.materials = list(numbers)
     return lines
+
+
+def _joined_lines(text: str) -> list[str]:
+    """Lines, each with those that continue it."""
+    broken = lines_of(text)
+    if not any(line.endswith("\\") for line in broken):
+        return broken
+    return _CONTINUED.sub(lambda found: found[1] or " ", "\n".join(broken)).split("\n")
 
 
 def _noting_missing_materials(contents: TriangleSoup, lines: _Lines) -> TriangleSoup:

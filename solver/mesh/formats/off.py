@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
-from solver.mesh.formats.text import counted_lists, decode, float_table, last_line_note
+from solver.mesh.formats.text import counted_lists, decode, float_table, last_line_note, lines_of
 from solver.mesh.repair import TriangleSoup
 
 _HEADER = re.compile(r"(ST)?(C?)(N?)(4?)(n?)OFF(?![A-Za-z])\s*(.*)", re.DOTALL)
@@ -31,7 +31,7 @@ def read_off(data: bytes) -> TriangleSoup:
         The bytes are not a complete OFF file.
     """
     text = decode(data)
-    lines = [line for raw in text.splitlines() if (line := raw.partition("#")[0].strip())]
+    lines = [line for raw in lines_of(text) if (line := raw.partition("#")[0].strip())]
     header = _HEADER.fullmatch(lines[0]) if lines else None
     if header is None:
         raise MeshError("not an OFF file: it does not begin with the word OFF")

@@ -20,7 +20,7 @@ from solver.mesh.formats.ply_data import (
     binary_columns,
     text_columns,
 )
-from solver.mesh.formats.text import decode, last_line_note
+from solver.mesh.formats.text import decode, last_line_note, lines_of
 from solver.mesh.repair import TriangleSoup
 
 _TYPES = {
@@ -161,7 +161,7 @@ def _parse_header(data: bytes) -> _Header:
     elements: dict[str, Element] = {}
     element: Element | None = None
     properties = 0
-    for line in decode(data[:end]).splitlines()[1:]:
+    for line in lines_of(decode(data[:end]))[1:]:
         words = line.split()
         if not words or words[0] in ("comment", "obj_info"):
             continue

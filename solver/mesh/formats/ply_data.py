@@ -11,7 +11,7 @@ import numpy.typing as npt
 from solver.arrays import IntArray
 from solver.errors import MeshError
 from solver.mesh.formats.ply_rows import CUT_OFF, NEGATIVE, copy_values, list_sizes
-from solver.mesh.formats.text import plain_reason
+from solver.mesh.formats.text import lines_of, plain_reason
 
 Values: TypeAlias = npt.NDArray[Any]
 
@@ -127,7 +127,7 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
     MeshError
         There are fewer lines than the header promises, or one cannot be read.
     """
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line for line in lines_of(text) if line.strip()]
     columns: dict[str, Columns] = {}
     position = 0
     for element in elements:

@@ -5,7 +5,7 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.mesh.formats.contents import merge_coincident
-from solver.mesh.formats.text import decode, float_table
+from solver.mesh.formats.text import decode, float_table, lines_of
 from solver.mesh.repair import TriangleSoup
 
 _HEADER = 84
@@ -70,7 +70,7 @@ def _binary_corners(data: bytes) -> FloatArray | None:
 
 def _text_corners(data: bytes) -> FloatArray:
     """(3 · facets, 3) corners of the facets of all solids."""
-    lines = [line for raw in decode(data).splitlines() if (line := raw.strip())]
+    lines = [line for raw in lines_of(decode(data)) if (line := raw.strip())]
     words = [line.split(maxsplit=1)[0].lower() for line in lines]
     facets = [word for word in words if word not in ("solid", "endsolid")]
     whole = facets == [*_FACET] * (len(facets) // len(_FACET))

@@ -13,6 +13,15 @@ def decode(data: bytes) -> str:
     return data.decode("utf-8-sig", errors="replace")
 
 
+def lines_of(text: str) -> list[str]:
+    """Lines of a text, whichever system wrote it.
+
+    `str.splitlines` also breaks them at form feeds and at separators of Unicode, which comments and
+    names may have.
+    """
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
 def float_table(lines: Sequence[str], what: str) -> FloatArray:
     """Read lines of equally many numbers.
 

@@ -16,7 +16,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats.contents import colors_in_unit_range
-from solver.mesh.formats.text import decode, float_table, last_line_note
+from solver.mesh.formats.text import decode, float_table, last_line_note, lines_of
 from solver.mesh.repair import TriangleSoup
 
 _COMMENTS: Final = "#", "//"
@@ -70,7 +70,7 @@ def read_xyz(data: bytes) -> TriangleSoup:
         are fewer than the first line promises, or not as many columns as the header names.
     """
     text = decode(data)
-    lines = [line.strip() for line in text.splitlines() if line.translate(_SEPARATORS).strip()]
+    lines = [line.strip() for line in lines_of(text) if line.translate(_SEPARATORS).strip()]
     comments = [line for line in lines if line.startswith(_COMMENTS)]
     lines = [line for line in lines if not line.startswith(_COMMENTS)]
     first = lines[0].translate(_SEPARATORS).strip() if lines else ""

@@ -34,6 +34,28 @@ def test_obj_indices_may_count_back_from_the_last_vertex() -> None:
     assert mesh.faces.tolist() == TWO
 
 
+@pytest.mark.parametrize(
+    "line", ["# from C:\\models\\", "g C:\\", "o a\\", "usemtl b\\", "vn 0 0 1 # of C:\\"]
+)
+def test_obj_comments_and_names_do_not_continue_on_the_next_line(line: str) -> None:
+    data = line.encode() + b"\n" + mesh_files.obj(SQUARE, TWO)
+    np.testing.assert_array_equal(read_mesh(data, "obj").vertices, SQUARE)
+
+
+@pytest.mark.parametrize("separator", ["\x0b", "\x0c", "\x1c", "\x85", "\u2028"])
+@pytest.mark.parametrize("file_type", ["obj", "off"])
+def test_lines_end_with_line_breaks_alone(file_type: str, separator: str) -> None:
+    data = {"obj": mesh_files.obj, "off": mesh_files.off}[file_type](SQUARE, TWO)
+    comment = f"# two{separator}v 5 5 5\n".encode()
+    np.testing.assert_array_equal(read_mesh(comment + data, file_type).vertices, SQUARE)
+
+
+@pytest.mark.parametrize("line_break", [b"\r\n", b"\r"])
+def test_obj_of_other_systems(line_break: bytes) -> None:
+    text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 \\\n2 3\nf 1 3 4\n"
+    assert read_mesh(text.replace(b"\n", line_break), "obj").faces.tolist() == TWO
+
+
 def test_obj_polygons_mixed_with_triangles() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 2 0\nf 1 2 3 4\nf 4/1 3/1 5/1\nl 1 2\n"
     mesh = read_mesh(text.encode(), "obj")
