@@ -4,9 +4,11 @@ Nothing is unpacked to disk. Only members that the mesh refers to are read, neve
 the archive's directory promises, nor of all than `MOST_BYTES` and the compression ratio allow.
 """
 
+import contextlib
 import io
 import posixpath
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from solver.errors import MeshError
@@ -33,7 +35,8 @@ _ALWAYS_ALLOWED = 8 * 2**20
 
 _ALONE = {"off": read_off, "ply": read_ply, "stl": read_stl, "xyz": read_xyz}
 _WITH_COMPANIONS = {"obj": read_obj, "gltf": read_gltf, "glb": read_glb}
-_ENCRYPTED = 0x1
+_ENCRYPTED, _UTF8 = 0x1, 0x800
+"""Flags of a member."""
 
 
 def read_zip(data: bytes) -> TriangleSoup:
@@ -62,7 +65,7 @@ def read_zip(data: bytes) -> TriangleSoup:
     kind = _extension(name)
     contents = archive.read(name)
     if kind in _WITH_COMPANIONS:
-        companions = Companions(archive.names, posixpath.dirname(name), archive.read)
+        companions = Companions(tuple(archive.members), posixpath.dirname(name), archive.read)
         return _WITH_COMPANIONS[kind](contents, companions)
     return _ALONE[kind](contents)
 
@@ -83,7 +86,7 @@ def mesh_in_zip(data: bytes) -> tuple[str, bytes]:
 @dataclass
 class _Archive:
     file: zipfile.ZipFile
-    names: tuple[str, ...]
+    members: Mapping[str, zipfile.ZipInfo]
     most: int
     left: int
     seen: dict[str, bytes] = field(default_factory=dict)
@@ -96,25 +99,32 @@ class _Archive:
             raise
         except Exception as error:  # a damaged directory makes zipfile raise anything
             raise MeshError(f"not a ZIP archive, or it is damaged or cut off: {error}") from error
-        names = [member.filename for member in file.infolist() if not member.is_dir()]
+        members = [(_path(member), member) for member in file.infolist()]
+        # A folder ends with a slash; a file without a name cannot be referred to.
+        members = [(name, member) for name, member in members if name and name[-1] != "/"]
+        names = [name for name, _ in members]
         if len(names) > MOST_MEMBERS:
             raise MeshError(
                 f"the archive has more than {MOST_MEMBERS} files; pack only those of the shape"
             )
         for name in names:
-            if posixpath.isabs(name) or ".." in name.replace("\\", "/").split("/"):
+            if posixpath.isabs(name) or ".." in name.split("/"):
                 raise MeshError(
                     f"the path of {name[:100]!r} leads out of the archive; pack it again without"
                 )
         if len(set(names)) < len(names):
             raise MeshError("the archive has two files of the same name; pack it again")
         # macOS packs metadata of its own beside the files, as ._NAME.
-        names = [name for name in names if not posixpath.basename(name).startswith("._")]
+        own = {
+            name: member
+            for name, member in members
+            if not posixpath.basename(name).startswith("._")
+        }
         most = min(_MOST_RATIO * len(data) + _ALWAYS_ALLOWED, MOST_BYTES)
-        return _Archive(file, tuple(names), most, most)
+        return _Archive(file, own, most, most)
 
     def mesh_name(self) -> str:
-        meshes = [name for name in self.names if _extension(name) in {*_ALONE, *_WITH_COMPANIONS}]
+        meshes = [name for name in self.members if _extension(name) in {*_ALONE, *_WITH_COMPANIONS}]
         if not meshes:
             known = ", ".join("." + kind for kind in (*_WITH_COMPANIONS, *_ALONE))
             raise MeshError(f"the archive has no mesh file; one ending in {known} is needed")
@@ -129,7 +139,7 @@ class _Archive:
     def read(self, name: str) -> bytes:
         if name in self.seen:
             return self.seen[name]
-        member = self.file.getinfo(name)
+        member = self.members[name]
         if member.flag_bits & _ENCRYPTED:
             raise MeshError(f"{name[:100]} in the archive is encrypted; pack it without a password")
         if member.file_size > self.left:
@@ -161,6 +171,18 @@ class _Archive:
             f"the archive is larger than {self.most >> 20} MiB when unpacked, which is far too "
             "much for its size; upload the mesh file unpacked, and images as PNG or JPEG"
         )
+
+
+def _path(member: zipfile.ZipInfo) -> str:
+    """Path of a member, with "/" between folders.
+
+    Some programs write backslashes, and some write UTF-8 without saying so.
+    """
+    name = member.filename
+    if not member.flag_bits & _UTF8:
+        with contextlib.suppress(UnicodeError):
+            name = name.encode("cp437").decode("utf-8")
+    return name.replace("\\", "/")
 
 
 def _extension(name: str) -> str:

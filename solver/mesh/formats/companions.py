@@ -4,6 +4,7 @@ import posixpath
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from unicodedata import normalize
 from urllib.parse import unquote
 
 
@@ -39,23 +40,38 @@ class Companions:
         return None if name is None else self.read(name)
 
     def _path(self, reference: str) -> str | None:
-        written = unquote(reference).replace("\\", "/").strip().strip('"')
-        for folder in (self.folder, ""):
-            path = posixpath.normpath(posixpath.join(folder, written))
-            if path in self._paths:
-                return path
-        last = posixpath.basename(written).casefold()
-        alike = self._by_last_part.get(last, [])
-        return alike[0] if len(alike) == 1 and last else None
+        # In glTF and some OBJ "%20" is a blank; a file may have it in its name, too.
+        written = [_cleaned(one) for one in dict.fromkeys((reference, unquote(reference)))]
+        for one in written:
+            for folder in (_composed(self.folder), ""):
+                path = posixpath.normpath(posixpath.join(folder, one))
+                if path in self._paths:
+                    return self._paths[path]
+        for one in written:
+            last = posixpath.basename(one).casefold()
+            alike = self._by_last_part.get(last, [])
+            if len(alike) == 1 and last:
+                return alike[0]
+        return None
 
     # A file may refer to others on every line.
     @cached_property
-    def _paths(self) -> frozenset[str]:
-        return frozenset(self.names)
+    def _paths(self) -> Mapping[str, str]:
+        return {_composed(name): name for name in self.names}
 
     @cached_property
     def _by_last_part(self) -> Mapping[str, list[str]]:
         found: dict[str, list[str]] = {}
         for name in self.names:
-            found.setdefault(posixpath.basename(name).casefold(), []).append(name)
+            last = posixpath.basename(_composed(name)).casefold()
+            found.setdefault(last, []).append(name)
         return found
+
+
+def _cleaned(reference: str) -> str:
+    return _composed(reference).replace("\\", "/").strip().strip('"')
+
+
+def _composed(name: str) -> str:
+    """Return a name with its accents as part of their letters (NFC): macOS keeps them apart."""
+    return normalize("NFC", name)

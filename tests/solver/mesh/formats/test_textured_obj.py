@@ -1,5 +1,6 @@
 """Textured OBJ with its companions in an archive: colours of vertices, or a refusal, or a word."""
 
+import io
 import struct
 import time
 import zipfile
@@ -150,6 +151,46 @@ def lying(size: int) -> bytes:
 def test_archives_that_are_refused(data: bytes, reason: str) -> None:
     with pytest.raises(MeshError, match=reason):
         read_mesh(data, "zip")
+
+
+@pytest.mark.parametrize(
+    ("stored", "referred"),
+    [
+        ("images\\skin.png", "images/skin.png"),
+        ("images\\skin.png", "images\\skin.png"),
+        ("a%20b.png", "a%20b.png"),
+        ("a b.png", "a%20b.png"),
+        ("haut/u\u0308ber.png", "haut/\u00fcber.png"),
+        ("haut/\u00fcber.png", "elsewhere/U\u0308BER.PNG"),
+    ],
+)
+def test_files_are_found_however_their_names_are_written(stored: str, referred: str) -> None:
+    mtl = f"newmtl skin\nmap_Kd {referred}\n".encode()
+    data = zipped({"x\\skin.obj": OBJ, "x\\skin.mtl": mtl, f"x\\{stored}": RAMP})
+    expected = read_mesh(zipped({"skin.obj": OBJ, "skin.mtl": MTL, "skin.png": RAMP}), "zip")
+    found = read_mesh(data, "zip")
+    assert found.colors is not None
+    assert expected.colors is not None
+    np.testing.assert_array_equal(found.colors, expected.colors)
+
+
+def test_names_in_utf8_that_are_not_declared_so() -> None:
+    mtl = "newmtl skin\nmap_Kd h\u00e4ut.png\n".encode()
+    data = zipped({"skin.obj": OBJ, "skin.mtl": mtl, "h\u00e4ut.png": RAMP})
+    for flag_bits, signature in ((8, b"PK\1\2"), (6, b"PK\3\4")):
+        at = data.rfind(signature) + flag_bits
+        flags = int.from_bytes(data[at : at + 2], "little") & ~0x800
+        data = data[:at] + flags.to_bytes(2, "little") + data[at + 2 :]
+    assert read_mesh(data, "zip").colors is not None
+
+
+def test_members_without_a_name_are_ignored() -> None:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        archive.writestr("plain.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        archive.writestr(zipfile.ZipInfo(""), b"x")
+        archive.writestr("folder\\", b"")
+    assert read_mesh(stream.getvalue(), "zip").n_faces == 1
 
 
 def test_a_face_that_names_no_texture_coordinate() -> None:
