@@ -4,7 +4,8 @@ There is no standard. Columns are separated by white space, commas or semicolons
 or semicolons separate them, commas are decimal commas. A first line that is not of numbers is a
 header; one with a single number, as in .pts, is the number of points. If the header or a comment
 names x, y and z, columns are found by name. Else the coordinates come first, then a normal or a
-colour, then anything.
+colour, then anything; of seven columns that are no normals the last three are the colour, after
+the intensity, as in .pts.
 """
 
 import re
@@ -23,6 +24,9 @@ _COMMENTS: Final = "#", "//"
 
 _UNIT: Final = 0.01
 """Error of the length of a normal in a file: columns four to six are normals if all have it."""
+
+_WITH_INTENSITY: Final = 7
+"""Columns of .pts: coordinates, intensity and colour."""
 
 _SEPARATORS: Final = str.maketrans(",;\t", "   ")
 _DECIMAL_COMMAS: Final = str.maketrans(",;\t", ".  ")
@@ -61,7 +65,7 @@ def read_xyz(data: bytes) -> TriangleSoup:
     -------
     TriangleSoup
         Without faces; with normals or colours if columns have their names, or, where columns have
-        no names, if columns four to six are that.
+        no names, if columns four to six are that; of seven columns, the last three are colours.
 
     Raises
     ------
@@ -156,10 +160,12 @@ def _named_extras(
 
 
 def _unnamed_extras(table: FloatArray) -> tuple[FloatArray | None, FloatArray | None]:
-    """(V, 3) normals or colours, if columns four to six are that."""
+    """(V, 3) normals or colours, if the columns after the coordinates are that."""
     extra = np.ascontiguousarray(table[:, 3:6])
     if extra.shape[1] < 3:
         return None, None
     if (np.abs(np.linalg.norm(extra, axis=1) - 1.0) <= _UNIT).all():
         return extra, None
+    if table.shape[1] == _WITH_INTENSITY:
+        extra = np.ascontiguousarray(table[:, 4:])
     return None, colors_in_unit_range(extra)

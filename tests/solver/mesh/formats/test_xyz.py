@@ -49,6 +49,19 @@ def test_further_columns_are_normals_or_colours() -> None:
     assert found.colors is None
 
 
+@pytest.mark.parametrize("header", ["", "4\n"])
+def test_of_seven_columns_the_fourth_is_the_intensity(header: str) -> None:
+    intensity = np.array([[-1200.0], [12], [80], [255]])
+    found = read_xyz(text(np.hstack([POINTS, intensity, COLORS]), header=header))
+    assert found.normals is None
+    assert found.colors is not None
+    np.testing.assert_allclose(found.colors, COLORS / 255.0)
+    found = read_xyz(text(np.hstack([POINTS, NORMALS, intensity]), header=header))
+    assert found.normals is not None
+    np.testing.assert_allclose(found.normals, NORMALS)
+    assert read_xyz(text(np.hstack([POINTS, intensity]), header=header)).colors is None
+
+
 TABLES = arrays(
     np.float64,
     st.tuples(st.integers(1, 5), st.just(3)),
