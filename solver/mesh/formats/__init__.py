@@ -15,34 +15,18 @@ from types import MappingProxyType
 
 from solver.mesh.formats.archive import mesh_in_zip, read_zip
 from solver.mesh.formats.contents import merge_coincident
-from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
+from solver.mesh.formats.gltf import read_glb_with
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, scene_of
 from solver.mesh.formats.gltf_skins import check_joints, influences, joint_nodes
-from solver.mesh.formats.las import read_las
 from solver.mesh.formats.obj import read_obj, read_obj_coordinates, read_obj_parts
-from solver.mesh.formats.off import read_off
-from solver.mesh.formats.ply import ply_columns, read_ply
+from solver.mesh.formats.ply import ply_columns
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
-from solver.mesh.formats.stl import read_stl
-from solver.mesh.formats.xyz import read_xyz
+from solver.mesh.formats.readers import FORMATS
 from solver.mesh.repair import TriangleSoup
 
 READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
-    {
-        "off": read_off,
-        "obj": read_obj,
-        "ply": read_ply,
-        "stl": read_stl,
-        "glb": read_glb,
-        "gltf": read_gltf,
-        "zip": read_zip,
-        "las": read_las,
-        "laz": read_las,
-        "xyz": read_xyz,
-        "txt": read_xyz,
-        "csv": read_xyz,
-    }
+    {ending: known.read for ending, known in FORMATS.items()} | {"zip": read_zip}
 )
 """Reader of each format by file extension, lower case, without the dot."""
 

@@ -13,12 +13,7 @@ from dataclasses import dataclass, field
 
 from solver.errors import MeshError
 from solver.mesh.formats.companions import Companions
-from solver.mesh.formats.gltf import read_glb, read_gltf
-from solver.mesh.formats.obj import read_obj
-from solver.mesh.formats.off import read_off
-from solver.mesh.formats.ply import read_ply
-from solver.mesh.formats.stl import read_stl
-from solver.mesh.formats.xyz import read_xyz
+from solver.mesh.formats.readers import FORMATS
 from solver.mesh.repair import TriangleSoup
 
 MOST_MEMBERS = 1000
@@ -33,8 +28,9 @@ _MOST_RATIO = 24
 _ALWAYS_ALLOWED = 8 * 2**20
 """Uncompressed bytes that an archive may have at any ratio: tiny files compress even better."""
 
-_ALONE = {"off": read_off, "ply": read_ply, "stl": read_stl, "xyz": read_xyz}
-_WITH_COMPANIONS = {"obj": read_obj, "gltf": read_gltf, "glb": read_glb}
+_SHAPES = tuple(ending for ending, known in FORMATS.items() if known.in_zip)
+"""Endings of mesh files in an archive."""
+
 _ENCRYPTED, _UTF8 = 0x1, 0x800
 """Flags of a member."""
 
@@ -47,7 +43,7 @@ def read_zip(data: bytes) -> TriangleSoup:
     data
         Bytes of the archive. It holds one mesh file and the files that it refers to: for OBJ
         its material files and their images, for glTF its buffers and images. Other files are
-        ignored.
+        ignored, also points as .txt and .csv, which may be notes and tables.
 
     Returns
     -------
@@ -62,12 +58,11 @@ def read_zip(data: bytes) -> TriangleSoup:
     """
     archive = _Archive.opened(data)
     name = archive.mesh_name()
-    kind = _extension(name)
-    contents = archive.read(name)
-    if kind in _WITH_COMPANIONS:
-        companions = Companions(tuple(archive.members), posixpath.dirname(name), archive.read)
-        return _WITH_COMPANIONS[kind](contents, companions)
-    return _ALONE[kind](contents)
+    known, contents = FORMATS[_extension(name)], archive.read(name)
+    if known.read_with is None:
+        return known.read(contents)
+    folder = posixpath.dirname(name)
+    return known.read_with(contents, Companions(tuple(archive.members), folder, archive.read))
 
 
 def mesh_in_zip(data: bytes) -> tuple[str, bytes]:
@@ -124,9 +119,9 @@ class _Archive:
         return _Archive(file, own, most, most)
 
     def mesh_name(self) -> str:
-        meshes = [name for name in self.members if _extension(name) in {*_ALONE, *_WITH_COMPANIONS}]
+        meshes = [name for name in self.members if _extension(name) in _SHAPES]
         if not meshes:
-            known = ", ".join("." + kind for kind in (*_WITH_COMPANIONS, *_ALONE))
+            known = ", ".join("." + ending for ending in _SHAPES)
             raise MeshError(f"the archive has no mesh file; one ending in {known} is needed")
         if len(meshes) > 1:
             listed = ", ".join(name[:100] for name in meshes[:5])

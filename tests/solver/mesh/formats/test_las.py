@@ -11,6 +11,7 @@ from solver.errors import MeshError
 from solver.mesh import read_mesh
 from solver.mesh.formats.las import read_las
 from tests.solver import shapes
+from tests.solver.mesh.textures.textured_files import zipped
 
 SPHERE = shapes.blob(3)
 SCALE = 1e-4
@@ -73,6 +74,15 @@ def test_a_surface_is_made_of_the_points() -> None:
     assert mesh.is_cloud
     np.testing.assert_array_equal(mesh.vertices, expected.vertices)
     np.testing.assert_array_equal(mesh.faces, expected.faces)
+
+
+@pytest.mark.parametrize("file_type", ["las", "laz"])
+def test_points_in_an_archive(file_type: str) -> None:
+    data = written(SPHERE.vertices, compressed=file_type == "laz")
+    archive = zipped({f"scan/points.{file_type}": data, "scan/notes.txt": b"x", "a.csv": b"1,2"})
+    mesh = read_mesh(archive, "zip")
+    assert mesh.is_cloud
+    np.testing.assert_array_equal(mesh.vertices, read_mesh(data, file_type).vertices)
 
 
 @pytest.mark.parametrize("compressed", [False, True])

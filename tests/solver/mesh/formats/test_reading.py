@@ -126,7 +126,7 @@ def test_other_files_are_refused(data: bytes, file_type: str) -> None:
 
 
 def test_unknown_formats_are_refused() -> None:
-    with pytest.raises(MeshError, match="use one of off, obj, ply, stl, glb, gltf, zip"):
+    with pytest.raises(MeshError, match="use one of off, obj, ply, stl, glb, gltf, las"):
         read_mesh(b"x", "fbx")
 
 

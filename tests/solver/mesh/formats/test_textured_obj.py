@@ -123,7 +123,7 @@ def lying(size: int) -> bytes:
 @pytest.mark.parametrize(
     ("data", "reason"),
     [
-        (zipped({"a.txt": b"x"}), "no mesh file; one ending in .obj"),
+        (zipped({"a.txt": b"x"}), "no mesh file; one ending in .off, .obj"),
         (zipped({}), "no mesh file"),
         (zipped({"a.obj": OBJ, "b/c.OBJ": OBJ}), r"2 mesh files \(a.obj, b/c.OBJ\)"),
         (zipped({"skin.obj": OBJ}), "material file 'skin.mtl', which is not in the archive"),
