@@ -176,7 +176,7 @@ def carried(
     if np.isinf(numbers).any():
         row = int(np.argwhere(np.isinf(numbers))[0, 0])
         raise TransferError(f"{attribute.name!r} of {_ROW[attribute.on]} {row} is infinite")
-    known = ~np.isnan(numbers if numbers.ndim == 1 else numbers.sum(axis=1))
+    known = ~np.asarray(np.isnan(numbers).any(axis=tuple(range(1, numbers.ndim))))
     if kind == SKINNING:
         means = _known_means(along, normalised_weights(numbers), known)
         means = normalised_weights(strongest_weights(means, influences))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from solver.arrays import FloatArray
-from solver.errors import TransferError
+from solver.errors import OptionError, TransferError
 
 
 def normalised_weights(weights: FloatArray) -> FloatArray:
@@ -35,18 +35,25 @@ def normalised_weights(weights: FloatArray) -> FloatArray:
 
 
 def strongest_weights(weights: FloatArray, count: int | None) -> FloatArray:
-    """Keep the greatest weights of each vertex, and set the others to zero.
+    """Keep the greatest weights of each vertex, of equal ones the first; set the others to zero.
 
     Parameters
     ----------
     weights
         (V, J).
     count
-        How many; None for all. glTF has sets of four.
+        How many, at least one; None for all. glTF has sets of four.
+
+    Raises
+    ------
+    OptionError
+        `count` is less than one.
     """
+    if count is not None and count < 1:
+        raise OptionError("influences", f"it is at least 1, not {count}")
     if count is None or count >= weights.shape[1]:
         return weights
-    kept = np.argpartition(-weights, count - 1, axis=1)[:, :count]
+    kept = np.argsort(-weights, axis=1, kind="stable")[:, :count]
     found = np.zeros_like(weights)
     np.put_along_axis(found, kept, np.take_along_axis(weights, kept, axis=1), axis=1)
     return found

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from isomatch._models import DenseCorrespondence, VertexMap
+from isomatch._results.array_labels import as_labels
 
 TransferKind: TypeAlias = Literal[
     "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture", "uv"
@@ -58,6 +59,7 @@ def transferred(
     if values is None:
         raise TypeError(f"give an array with a row for each vertex of {name}, not None")
     forwards = goes_forwards(direction)
+    _check_influences(influences, kind)
     if kind == "landmarks":
         map_of_points = dense.source_to_target if forwards else dense.target_to_source
         return _images(map_of_points, values, name, rows)
@@ -68,7 +70,7 @@ def transferred(
     given = np.asarray(values)
     _check_rows(given, along, name, rows)
     if kind == "labels":
-        return by_vertex(along, _whole(along.majority(given)), others)
+        return by_vertex(along, along.majority(as_labels(given)), others)
     numbers = given.astype(np.float64)
     if np.isinf(numbers).any():
         raise ValueError("values must not be infinite")
@@ -79,6 +81,15 @@ def transferred(
         rounded: npt.NDArray[np.uint8] = np.rint(np.nan_to_num(found)).astype(np.uint8)
         return rounded
     return found
+
+
+def _check_influences(influences: int | None, kind: TransferKind) -> None:
+    if influences is None:
+        return
+    if kind != "skinning":
+        raise ValueError(f"only skinning weights have influences, not {kind!r}; leave it out")
+    if influences < 1:
+        raise ValueError(f"influences is at least 1, or None for all joints, not {influences}")
 
 
 def _check_rows(values: npt.NDArray[Any], along: VertexMap, name: str, rows: int | None) -> None:
@@ -121,14 +132,15 @@ def _skinning(
         raise ValueError("skinning weights must not be negative")
     means = _known_means(along, _normalised(weights))
     if influences is not None and influences < means.shape[1]:
-        weakest = np.argsort(means, axis=1, kind="stable")[:, :-influences]
+        # Of equal weights the first joints are kept, as by the service.
+        weakest = np.argsort(-means, axis=1, kind="stable")[:, influences:]
         np.put_along_axis(means, weakest, 0.0, axis=1)
     return _normalised(means)
 
 
 def _known_means(along: VertexMap, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Means of the rows without nan, nan where most of the weight is on others."""
-    known = ~np.isnan(values.reshape(len(values), -1).sum(axis=1))
+    known = ~np.asarray(np.isnan(values).any(axis=tuple(range(1, values.ndim))))
     if known.all():
         return along.interpolate(values)
     columns = (slice(None), *[None] * (values.ndim - 1))
@@ -138,14 +150,11 @@ def _known_means(along: VertexMap, values: npt.NDArray[np.float64]) -> npt.NDArr
 
 
 def _normalised(weights: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    sums = weights.sum(axis=1, keepdims=True)
-    found: npt.NDArray[np.float64] = weights / np.where(sums == 0.0, 1.0, sums)
+    # The greatest first, so that sums of great weights stay finite.
+    scaled = weights / np.where(weights > 0.0, weights, 0.0).max(axis=1, initial=1e-300)[:, None]
+    sums = scaled.sum(axis=1, keepdims=True)
+    found: npt.NDArray[np.float64] = scaled / np.where(sums == 0.0, 1.0, sums)
     return found
-
-
-def _whole(labels: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    # -1 stands for vertices without a label.
-    return labels.astype(np.int64) if labels.dtype.kind in "ub" else labels
 
 
 def by_vertex(along: VertexMap, values: npt.NDArray[Any], rows: int | None) -> npt.NDArray[Any]:
@@ -160,7 +169,7 @@ def by_vertex(along: VertexMap, values: npt.NDArray[Any], rows: int | None) -> n
     rows
         Number of vertices of the file; None if it is not known.
     """
-    missing = {"f": np.nan, "i": -1, "U": ""}.get(values.dtype.kind, 0)
+    missing = {"f": np.nan, "i": -1, "U": ""}[values.dtype.kind]
     count = int(along.vertices.max(initial=-1)) + 1 if rows is None else rows
     found = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
     found[along.vertices] = values

@@ -167,21 +167,23 @@ class Match(Result, Correspondences):
             ``"source_to_target"`` for values of the source, ``"target_to_source"`` for those of the
             target.
         influences
-            For skinning, how many joints each vertex keeps (some programs read four); None for all.
+            For skinning, how many joints each vertex keeps (some programs read four), those of
+            greatest weight, and of equal weights the first; None for all.
 
         Returns
         -------
         Row i for vertex i of the other shape's file. Vertices that no face uses, or without a
         partner, have nan, -1 or an empty text; landmarks there are -1. Labels have the type of
-        `values`, but unsigned and boolean ones become int64; colours of type uint8 stay such.
+        `values`, but unsigned, boolean and whole floating-point ones become int64, nan -1, and
+        bytes text; colours of type uint8 stay such.
 
         Raises
         ------
         TypeError
             There are no values.
         ValueError
-            The match is not dense, rows are missing or too many, a landmark is no vertex, or
-            numbers are not finite.
+            The match is not dense, rows are missing or too many, a landmark is no vertex, numbers
+            are infinite, labels are neither whole numbers nor text, or `influences` is less than 1.
 
         Examples
         --------
