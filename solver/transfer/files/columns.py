@@ -1,16 +1,19 @@
 """Attributes as single columns of numbers or text, for formats of tables: CSV and PLY.
 
 A column of an attribute of several is called ``NAME.COLUMN``, as in ``flow.x`` or
-``weights.LeftArm``; those of colours ``red``, ``green``, ``blue`` and ``alpha``.
+``weights.LeftArm``; those of colours ``red``, ``green``, ``blue`` and ``alpha``. Read again,
+columns of numbers are one attribute if there are two or more of a name, or one of weights, and none
+is called by the name alone: ``seg.label`` is a column as others, and so is ``k.max`` beside ``k``.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-from solver.transfer.attributes import COLORS_NAME, Attribute
+from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.limits import colors_in_range
 
 CHANNELS: Final = ("red", "green", "blue", "alpha")
@@ -32,40 +35,107 @@ def from_columns(columns: Mapping[str, Column]) -> list[Attribute]:
     TransferError
         Colours are neither in 0..1 nor whole numbers in 0..255.
     """
+    channels = _channels(columns)
+    others = {name: values for name, values in columns.items() if name not in channels}
+    groups = _groups(others, columns)
+    grouped = {name for names in groups.values() for name in names}
+    # By the first of their columns.
+    found = {
+        names[0]: Attribute(group, _table(columns, names), tuple(_split(one)[1] for one in names))
+        for group, names in groups.items()
+    }
+    found |= {name: Attribute(name, others[name]) for name in others if name not in grouped}
+    if channels:
+        # Nothing but the colours may have their name.
+        own = _free(COLORS_NAME, {COLORS_NAME, *columns, *groups})
+        found = {
+            name: replace(one, name=own) if one.name == COLORS_NAME else one
+            for name, one in found.items()
+        }
+        table = np.stack([columns[name] for name in channels], axis=1)
+        colors = Attribute(COLORS_NAME, colors_in_range(table), channels)
+        found[next(name for name in columns if name in channels)] = colors
+    return [found[name] for name in columns if name in found]
+
+
+def _channels(columns: Mapping[str, Column]) -> tuple[str, ...]:
+    """Return the columns of colours; none unless there are red, green and blue in numbers."""
+    there = tuple(name for name in CHANNELS if name in columns and _is_numeric(columns[name]))
+    return there if {*CHANNELS[:3]} <= {*there} else ()
+
+
+def _groups(others: Mapping[str, Column], columns: Mapping[str, Column]) -> dict[str, list[str]]:
+    """Return the columns of attributes of several, by the name of the attribute."""
     groups: dict[str, list[str]] = {}
-    colored = all(channel in columns for channel in CHANNELS[:3])
-    for name in columns:
-        group = COLORS_NAME if colored and name in CHANNELS else name.partition(".")[0] or name
-        groups.setdefault(group, []).append(name)
-    found = []
-    for group, names in groups.items():
-        numeric = all(columns[name].dtype.kind in "if" for name in names)
-        if names == [group] or not numeric:
-            found += [Attribute(name, columns[name]) for name in names]
-        elif group == COLORS_NAME and colored:
-            channels = [name for name in CHANNELS if name in names]
-            table = np.stack([columns[name] for name in channels], axis=1)
-            found.append(Attribute(group, colors_in_range(table), tuple(channels)))
-        else:
-            table = np.stack([columns[name].astype(np.float64) for name in names], axis=1)
-            parts = tuple(name.partition(".")[2] or name for name in names)
-            found.append(Attribute(group, table, parts))
-    return found
+    for name in others:
+        group, column = _split(name)
+        if group and column:
+            groups.setdefault(group, []).append(name)
+    return {
+        group: names
+        for group, names in groups.items()
+        if group not in columns
+        and (len(names) > 1 or group == WEIGHTS_NAME)
+        and all(_is_numeric(others[name]) for name in names)
+    }
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Return the name of an attribute and of its column; those of joints may have dots."""
+    if name.startswith(f"{WEIGHTS_NAME}."):
+        return WEIGHTS_NAME, name[len(WEIGHTS_NAME) + 1 :]
+    group, _, column = name.rpartition(".")
+    return group, column
+
+
+def _table(columns: Mapping[str, Column], names: Sequence[str]) -> npt.NDArray[np.float64]:
+    return np.stack([columns[name].astype(np.float64) for name in names], axis=1)
+
+
+def _is_numeric(values: Column) -> bool:
+    return values.dtype.kind in "if"
 
 
 def to_columns(attributes: Sequence[Attribute]) -> dict[str, Column]:
-    """Return the columns of attributes; colours as bytes."""
+    """Return the columns of attributes; colours as bytes.
+
+    An attribute of one column gets another name if it would be read as a part of one of several.
+    """
+    wide = {one.name: _columns_of(one) for one in attributes if one.width}
+    taken = {name for own in wide.values() for name in own}
+    colored = any(map(_is_colors, attributes))
     columns: dict[str, Column] = {}
     for one in attributes:
-        if one.name == COLORS_NAME and one.width in (3, 4):
-            octets = color_bytes(one.values)
-            columns |= {CHANNELS[place]: octets[:, place] for place in range(one.width)}
-        elif one.width:
-            names = column_names(one)
-            columns |= {f"{one.name}.{name}": one.values[:, i] for i, name in enumerate(names)}
-        else:
-            columns[one.name] = one.values
+        if one.width:
+            columns |= wide[one.name]
+            continue
+        group, column = _split(one.name)
+        name = f"{group}_{column}" if group in wide else one.name
+        # The case of the names of colours does not count when they are read.
+        name = _free(f"{name}_" if colored and name.lower() in CHANNELS else name, taken)
+        columns[name] = one.values
+        taken.add(name)
     return columns
+
+
+def _columns_of(attribute: Attribute) -> dict[str, Column]:
+    """Return the columns of an attribute of several."""
+    if _is_colors(attribute):
+        octets = color_bytes(attribute.values)
+        return {CHANNELS[place]: octets[:, place] for place in range(attribute.width)}
+    names = (f"{attribute.name}.{name}" for name in column_names(attribute))
+    return {name: attribute.values[:, place] for place, name in enumerate(names)}
+
+
+def _is_colors(attribute: Attribute) -> bool:
+    return attribute.name == COLORS_NAME and attribute.width in (3, 4)
+
+
+def _free(name: str, taken: Collection[str]) -> str:
+    """Return a name that is not taken: underscores are appended."""
+    while name in taken:
+        name += "_"
+    return name
 
 
 def renamed(
