@@ -20,7 +20,7 @@ from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, scene_of
 from solver.mesh.formats.gltf_skins import check_joints, influences, joint_nodes
 from solver.mesh.formats.obj import read_obj, read_obj_coordinates, read_obj_parts
-from solver.mesh.formats.ply import ply_columns
+from solver.mesh.formats.ply import PlyColumns, ply_columns
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
 from solver.mesh.formats.readers import FORMATS
 from solver.mesh.repair import TriangleSoup
@@ -35,6 +35,7 @@ __all__ = [
     "READERS",
     "Element",
     "GltfData",
+    "PlyColumns",
     "Property",
     "TriangleSoup",
     "binary_columns",

@@ -59,13 +59,34 @@ _GREATEST_INTEGER = np.iinfo(np.int64).max
 _TOLD_APART = 2.0**53
 
 _COUNT = re.compile(r"[0-9]{1,100}")
+_END = re.compile(rb"[\r\n]end_header")
 
 
 @dataclass(frozen=True)
 class _Header:
     byte_order: str  # "" for text
     elements: tuple[Element, ...]
+    comments: dict[str, list[str]]  # by the element that they follow, "" before all
     size: int  # bytes, the line break after end_header included
+
+
+@dataclass(frozen=True, eq=False)
+class PlyColumns:
+    """Values of the rows of an element.
+
+    Parameters
+    ----------
+    numbers
+        (n,) single numbers by property, int64 or float64.
+    colors
+        (n, 3) colours in 0..1, or (n, 4) with opacity; ``None`` without.
+    comments
+        Text of the comments that follow the element's line, and of those before all elements.
+    """
+
+    numbers: dict[str, Values]
+    colors: FloatArray | None
+    comments: tuple[str, ...]
 
 
 def read_ply(data: bytes) -> TriangleSoup:
@@ -87,13 +108,13 @@ def read_ply(data: bytes) -> TriangleSoup:
     MeshError
         The bytes are not a complete PLY file.
     """
-    elements, columns, notes = _read(data)
+    header, columns, notes = _read(data)
     if "face" not in columns and "tristrips" in columns:
         raise MeshError("PLY triangle strips are not supported; save with faces instead")
     vertex, face = columns["vertex"], columns.get("face", {})
     vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
     sizes, corners = _polygons(face)
-    colors = _colors(vertex, elements["vertex"].properties)
+    colors = _colors(vertex, _properties(header)["vertex"])
     contents = polygon_contents(vertices, sizes, corners, colors, notes)
     if len(sizes):
         return contents
@@ -103,7 +124,7 @@ def read_ply(data: bytes) -> TriangleSoup:
     return replace(contents, normals=normals, is_cloud=True)
 
 
-def ply_columns(data: bytes) -> dict[str, tuple[dict[str, Values], FloatArray | None]]:
+def ply_columns(data: bytes) -> dict[str, PlyColumns]:
     """Read the values of the vertices and of the faces of a PLY file.
 
     Parameters
@@ -113,29 +134,33 @@ def ply_columns(data: bytes) -> dict[str, tuple[dict[str, Values], FloatArray | 
 
     Returns
     -------
-    By element, "vertex" and "face": the single numbers by property, int64 or float64, and (n, 3)
-    colours in 0..1, ``None`` without.
+    By element, "vertex" and "face".
 
     Raises
     ------
     MeshError
         The bytes are not a complete PLY file, or values of a property of integers are none.
     """
-    elements, columns, _ = _read(data)
+    header, columns, _ = _read(data)
     found = {}
     for element in ("vertex", "face"):
         rows = columns.get(element, {})
-        types = elements[element].properties if rows else {}
+        types = _properties(header)[element] if rows else {}
         numbers = {
             name: one.astype(np.float64) if types[name].kind[0] == "f" else _integers(one, name)
             for name, one in rows.items()
             if isinstance(one, np.ndarray)
         }
-        found[element] = numbers, _colors(rows, types)
+        comments = (*header.comments.get("", []), *header.comments.get(element, []))
+        found[element] = PlyColumns(numbers, _colors_and_opacity(rows, types), comments)
     return found
 
 
-def _read(data: bytes) -> tuple[dict[str, Element], dict[str, Columns], tuple[str, ...]]:
+def _properties(header: _Header) -> dict[str, dict[str, Property]]:
+    return {element.name: element.properties for element in header.elements}
+
+
+def _read(data: bytes) -> tuple[_Header, dict[str, Columns], tuple[str, ...]]:
     header = _parse_header(data)
     body = data[header.size :]
     notes: tuple[str, ...] = ()
@@ -147,23 +172,28 @@ def _read(data: bytes) -> tuple[dict[str, Element], dict[str, Columns], tuple[st
         notes = last_line_note(text)
     if "vertex" not in columns:
         raise MeshError("the PLY file has no vertices")
-    return {element.name: element for element in header.elements}, columns, notes
+    return header, columns, notes
 
 
 def _parse_header(data: bytes) -> _Header:
     if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" "):
         raise MeshError("not a PLY file: it does not begin with the word ply")
-    end = data.find(b"end_header", 0, _LONGEST_HEADER)
+    # A comment may have the word, too.
+    last = _END.search(data, 0, _LONGEST_HEADER)
+    end = last.start() + 1 if last else 0
     line_break = data.find(b"\n", end, end + 16)
-    if end < 0 or line_break < 0:
+    if last is None or line_break < 0:
         raise MeshError("the PLY header does not end; the file is cut off or damaged")
     byte_order: str | None = None
     elements: dict[str, Element] = {}
     element: Element | None = None
     properties = 0
+    comments: dict[str, list[str]] = {}
     for line in lines_of(decode(data[:end]))[1:]:
         words = line.split()
         if not words or words[0] in ("comment", "obj_info"):
+            after = "" if element is None else element.name
+            comments.setdefault(after, []).append(line.partition(" ")[2])
             continue
         if words[0] == "format" and len(words) == 3 and words[1] in _FORMATS:
             byte_order = _FORMATS[words[1]]
@@ -185,7 +215,7 @@ def _parse_header(data: bytes) -> _Header:
             raise MeshError(f"a line of the PLY header cannot be read: {line[:80]!r}")
     if byte_order is None:
         raise MeshError("the PLY header does not say its format")
-    return _Header(byte_order, tuple(elements.values()), line_break + 1)
+    return _Header(byte_order, tuple(elements.values()), comments, line_break + 1)
 
 
 def _property(words: list[str]) -> Property:
@@ -238,5 +268,17 @@ def _colors(rows: Columns, types: dict[str, Property]) -> FloatArray | None:
     if not all(isinstance(channel, np.ndarray) for channel in channels):
         return None
     values = np.stack([np.asarray(channel, dtype=np.float64) for channel in channels], axis=1)
-    greatest = _GREATEST.get(types["red"].kind)
+    return _in_unit_range(values, types["red"])
+
+
+def _colors_and_opacity(rows: Columns, types: dict[str, Property]) -> FloatArray | None:
+    colors, alpha = _colors(rows, types), rows.get("alpha")
+    if colors is None or not isinstance(alpha, np.ndarray):
+        return colors
+    opacity = _in_unit_range(alpha.astype(np.float64)[:, None], types["alpha"])
+    return colors if opacity is None else np.hstack([colors, opacity])
+
+
+def _in_unit_range(values: FloatArray, kind: Property) -> FloatArray | None:
+    greatest = _GREATEST.get(kind.kind)
     return colors_in_unit_range(values) if greatest is None else values / greatest

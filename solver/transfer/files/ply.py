@@ -8,14 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from solver.errors import MeshError, TransferError
-from solver.mesh.formats import ply_columns
-from solver.transfer.attributes import COLORS_NAME, Attribute
+from solver.mesh.formats import PlyColumns, ply_columns
+from solver.transfer.attributes import Attribute
 from solver.transfer.files.columns import CHANNELS, from_columns, renamed, to_columns
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES, VERTICES
 
 _PLACES: Final = ("x", "y", "z", "nx", "ny", "nz")
-_GEOMETRY: Final = frozenset((*_PLACES, *CHANNELS))
 _CORNERS: Final = "vertex_indices"
 _RESERVED: Final = frozenset((*_PLACES, "count", _CORNERS, "vertex_index"))
 """Names of geometry, in this format and in the table of faces: attributes get others."""
@@ -41,13 +40,21 @@ def read_ply_attributes(data: bytes) -> list[Attribute]:
         raise TransferError(str(error)) from error
     found: dict[str, Attribute] = {}
     for on, element in ((VERTICES, "vertex"), (FACES, "face")):
-        columns, colors = elements[element]
-        kept = {name: values for name, values in columns.items() if name not in _GEOMETRY}
-        own = from_columns(kept)
-        if colors is not None:
-            own = [Attribute(COLORS_NAME, colors, CHANNELS[:3]), *own]
+        own = _attributes(elements[element])
         found = {one.name: replace(one, on=on) for one in own} | found
     return list(found.values())
+
+
+def _attributes(element: PlyColumns) -> list[Attribute]:
+    columns: dict[str, npt.NDArray[Any]] = {
+        name: values for name, values in element.numbers.items() if name not in _PLACES
+    }
+    colors = () if element.colors is None else element.colors.T
+    columns |= dict(zip(CHANNELS, colors, strict=False))
+    # Numbers that are no colours are still numbers.
+    others = [name for name in CHANNELS[len(colors) :] if name in columns]
+    alone = [Attribute(name, columns.pop(name)) for name in others]
+    return from_columns(columns) + alone
 
 
 def write_ply(surface: WrittenSurface) -> bytes:

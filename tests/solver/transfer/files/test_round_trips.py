@@ -317,6 +317,44 @@ def test_properties_of_ply_differ_where_names_are_alike_in_ascii() -> None:
     assert len({one.name for one in found}) == len(called)
 
 
+def test_ply_has_colours_with_opacity() -> None:
+    colors = np.array([[1.0, 0.0, 0.2, 0.4], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0]])
+    for on in (VERTICES, FACES):
+        table = colors if on == VERTICES else colors[:1]
+        one = Attribute("colors", table, on=on)
+        surface = WrittenSurface.of(triangle_mesh(np.eye(3), np.array([[0, 1, 2]])), [one])
+        (found,) = read_attributes(write_attributes([], "ply", surface), "ply")
+        assert (found.on, found.columns) == (on, ("red", "green", "blue", "alpha"))
+        np.testing.assert_allclose(found.values, table)
+
+
+@pytest.mark.parametrize(
+    ("properties", "row", "expected"),
+    [
+        ("float red", "0.5", {"red": 0.5}),
+        ("uchar red;uchar alpha", "5 6", {"red": 5, "alpha": 6}),
+        ("float red;float green;float blue", "-1 0 1", {"red": -1, "green": 0, "blue": 1}),
+        ("uchar red;uchar green;uchar blue;float alpha", "255 0 0 0.5", {"colors": [1, 0, 0, 0.5]}),
+        (
+            "uchar red;uchar green;uchar blue;float alpha",
+            "255 0 0 -2",
+            {"colors": [1, 0, 0], "alpha": -2},
+        ),
+        (
+            "int colors;uchar red;uchar green;uchar blue",
+            "7 255 0 0",
+            {"colors_": 7, "colors": [1, 0, 0]},
+        ),
+    ],
+)
+def test_no_property_of_ply_is_dropped(properties: str, row: str, expected: dict[str, Any]) -> None:
+    lines = ["ply", "format ascii 1.0", "element vertex 1"]
+    lines += [f"property {one}" for one in ("float x", *properties.split(";"))]
+    data = "\n".join([*lines, "end_header", f"0 {row}", ""]).encode()
+    found = {one.name: one.values[0].tolist() for one in read_attributes(data, "ply")}
+    assert found == expected
+
+
 @pytest.mark.parametrize("text", ["vertex,a\n2,7\n0,5\n1,6\n", "a\n5\n6\n7\n", "a\r\n5\r\n6\r\n7"])
 def test_a_column_of_vertex_numbers_orders_the_rows(text: str) -> None:
     (found,) = read_attributes(text.encode(), "csv")
