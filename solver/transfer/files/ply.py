@@ -11,6 +11,7 @@ from solver.errors import MeshError, TransferError
 from solver.mesh.formats import PlyColumns, ply_columns
 from solver.transfer.attributes import Attribute
 from solver.transfer.files.columns import CHANNELS, from_columns, renamed, to_columns
+from solver.transfer.files.ply_legends import Legends, labels_in_words
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES, VERTICES
 
@@ -27,7 +28,8 @@ _WHOLE: Final = 2**53
 def read_ply_attributes(data: bytes) -> list[Attribute]:
     """Read the properties of vertices and faces, but for positions and normals.
 
-    Of a name that both have, those of the vertices are read.
+    Numbers that all have a text by comments, as :func:`write_ply` writes them, become text. Of a
+    name that both have, those of the vertices are read.
 
     Raises
     ------
@@ -49,6 +51,7 @@ def _attributes(element: PlyColumns) -> list[Attribute]:
     columns: dict[str, npt.NDArray[Any]] = {
         name: values for name, values in element.numbers.items() if name not in _PLACES
     }
+    columns |= labels_in_words(columns, element.comments)
     colors = () if element.colors is None else element.colors.T
     columns |= dict(zip(CHANNELS, colors, strict=False))
     # Numbers that are no colours are still numbers.
@@ -60,18 +63,19 @@ def _attributes(element: PlyColumns) -> list[Attribute]:
 def write_ply(surface: WrittenSurface) -> bytes:
     """Return a surface as little-endian binary PLY.
 
-    Colours are bytes. Text becomes numbers, and comments of the form ``label NAME NUMBER TEXT`` say
-    which. An attribute that is called as geometry is gets another name (:func:`.renamed`).
+    Colours are bytes. Text becomes numbers, and comments of the form ``label NAME NUMBER TEXT``
+    after the element say which, unless they are too long for a header. An attribute that is called
+    as geometry is gets another name (:func:`.renamed`).
 
     Raises
     ------
     TransferError
         Whole numbers are too large for PLY.
     """
-    comments: list[str] = []
-    vertex, face = (
-        _columns([one for one in surface.attributes if (one.on == FACES) == of_faces], comments)
-        for of_faces in (False, True)
+    legends = Legends()
+    (vertex, of_vertices), (face, of_faces) = (
+        _columns([one for one in surface.attributes if (one.on == FACES) == on_faces], legends)
+        for on_faces in (False, True)
     )
     position = [(axis, "<f8") for axis in "xyz"]
     table = np.empty(len(surface.vertices), dtype=[*position, *_fields(vertex)])
@@ -86,30 +90,31 @@ def write_ply(surface: WrittenSurface) -> bytes:
     header = [
         "ply",
         "format binary_little_endian 1.0",
-        *comments,
         f"element vertex {len(table)}",
+        *of_vertices,
         *(f"property double {axis}" for axis in "xyz"),
         *_properties(vertex),
         f"element face {len(faces)}",
+        *of_faces,
         f"property list uchar int {_CORNERS}",
         *_properties(face),
         "end_header\n",
     ]
-    return "\n".join(header).encode("ascii", errors="replace") + table.tobytes() + faces.tobytes()
+    return "\n".join(header).encode() + table.tobytes() + faces.tobytes()
 
 
-def _columns(attributes: Sequence[Attribute], comments: list[str]) -> dict[str, npt.NDArray[Any]]:
-    """Values by the name of their property, and comments added for text."""
+def _columns(
+    attributes: Sequence[Attribute], legends: Legends
+) -> tuple[dict[str, npt.NDArray[Any]], list[str]]:
+    """Values by the name of their property, and comments for text."""
     columns: dict[str, npt.NDArray[Any]] = {}
+    comments: list[str] = []
     for written, values in renamed(to_columns(attributes), _RESERVED, _spelling).items():
         if values.dtype.kind == "U":
             texts, values = np.unique(values, return_inverse=True)
-            shown = (" ".join(text.split()) for text in texts.tolist())
-            comments += [
-                f"comment label {written} {code} {text}" for code, text in enumerate(shown)
-            ]
+            comments += legends.comments(written, texts.tolist())
         columns[written] = _stored(written, values)
-    return columns
+    return columns, comments
 
 
 def _spelling(name: str) -> str:

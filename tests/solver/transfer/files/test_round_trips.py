@@ -79,8 +79,7 @@ def test_tables_lose_nothing_but_parts_of_bytes(seed: int) -> None:
 def test_ply(seed: int) -> None:
     given_table = table(seed)
     found = returned(list(given_table.values()), "ply")
-    codes = np.unique(given_table["name"].values, return_inverse=True)[1]
-    np.testing.assert_array_equal(found["name"].values, codes)
+    np.testing.assert_array_equal(found["name"].values, given_table["name"].values)
     for name in ("height", "part", "flow", "colors", "weights"):
         close(found[name], given_table[name], 1e-15)
 
@@ -315,6 +314,58 @@ def test_properties_of_ply_differ_where_names_are_alike_in_ascii() -> None:
     found = read_attributes(data, "ply")
     assert [one.values.tolist() for one in found] == [one.values.tolist() for one in given_table]
     assert len({one.name for one in found}) == len(called)
+
+
+def ply_of_labels(*attributes: Attribute) -> bytes:
+    return write_attributes([], "ply", WrittenSurface.of(TRIANGLE, attributes))
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        ["Ä", "Ö", "Ä"],
+        ["", "left  arm ", " left arm"],
+        ["end_header", "7 label", "property x"],
+    ],
+)
+def test_labels_of_ply_are_read_as_text(texts: list[str]) -> None:
+    on_faces = Attribute("größe", np.array([texts[1]]), on=FACES)
+    data = ply_of_labels(Attribute("größe", np.array(texts)), on_faces)
+    (found,) = read_attributes(data, "ply")
+    assert (found.on, found.values.tolist()) == (VERTICES, texts)
+    assert read_mesh(data, "ply").n_faces == 1
+    legend = f"comment label gr??e 0 {min(texts)}\n"
+    assert legend.encode() in data
+
+
+def test_line_breaks_of_labels_become_blanks_in_ply() -> None:
+    (found,) = read_attributes(ply_of_labels(Attribute("a", np.array(["b\nc", "d", "e"]))), "ply")
+    assert found.values.tolist() == ["b c", "d", "e"]
+
+
+def test_legends_of_ply_fit_into_the_header() -> None:
+    """Of many labels the numbers alone are written."""
+    vertices = np.random.default_rng(0).random((30_000, 3))
+    faces = np.arange(30_000).reshape(-1, 3)
+    many = Attribute("many", np.array([f"Müller {row} {'x' * 40}" for row in range(30_000)]))
+    few = Attribute("few", np.where(np.arange(30_000) % 2, "odd", "even"))
+    surface = WrittenSurface("s", vertices, faces, (many, few))
+    data = write_attributes([], "ply", surface)
+    found = {one.name: one.values for one in read_attributes(data, "ply")}
+    assert found["many"].dtype.kind == "i"
+    assert len(set(found["many"].tolist())) == 30_000
+    np.testing.assert_array_equal(found["few"], few.values)
+    assert b"comment the 30000 labels of many are too long for this header\n" in data
+
+
+@pytest.mark.parametrize(
+    "comment", ["label a 0 b", "label a", "label", "label b 5 b", "label a x y"]
+)
+def test_legends_that_do_not_name_all_numbers_change_none(comment: str) -> None:
+    lines = ["ply", "format ascii 1.0", f"comment {comment}", "element vertex 2"]
+    lines += ["property float x", "property int a", "end_header", "0 0", "0 5", ""]
+    (found,) = read_attributes("\n".join(lines).encode(), "ply")
+    assert found.values.tolist() == [0, 5]
 
 
 def test_ply_has_colours_with_opacity() -> None:
