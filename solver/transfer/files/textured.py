@@ -11,6 +11,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, vertex_normals
 from solver.mesh.textures import Paint, Texture, Wrap, linear_light
 from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile, for_single_precision
+from solver.transfer.files.obj_images import baked_for_obj
 from solver.transfer.files.surface import WrittenSurface
 
 _WRAPS: Final = {Wrap.REPEAT: 10497, Wrap.CLAMP: 33071, Wrap.MIRROR: 33648}
@@ -103,8 +104,16 @@ def write_obj_archive(surface: WrittenSurface, paint: Paint) -> bytes:
     Parameters
     ----------
     surface, paint
-        As for :func:`write_textured_obj`. Faces without a texture have their mean colour.
+        As for :func:`write_textured_obj`. Faces without a texture have their mean colour. Tints,
+        and wraps that differ from axis to axis or are mirrored, become part of the images
+        (:func:`.baked_for_obj`).
+
+    Raises
+    ------
+    TransferError
+        The images would be too large.
     """
+    paint = baked_for_obj(paint)
     stream = io.BytesIO()
     bare = paint.texture_of_face < 0
     plain = paint.colors[bare].mean(axis=0) if bare.any() else np.ones(3)
@@ -115,7 +124,7 @@ def write_obj_archive(surface: WrittenSurface, paint: Paint) -> bytes:
             materials.append(f"newmtl texture{number}\nKd 1 1 1")
             if number < len(paint.textures):
                 texture, name = paint.textures[number], f"texture{number}.png"
-                clamp = "-clamp on " if Wrap.CLAMP in texture.wrap else ""
+                clamp = "-clamp on " if texture.wrap[0] is Wrap.CLAMP else ""
                 materials[-1] += f"\nmap_Kd {clamp}{name}"
                 archive.writestr(name, _png(texture))
         archive.writestr("surface.mtl", "\n\n".join(materials) + "\n")
