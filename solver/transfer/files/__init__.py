@@ -1,6 +1,8 @@
 """Files of attributes: NPZ and CSV, and PLY, OBJ and GLB with the surface; lists of labels as text.
 
-Row i is vertex i, or face i, of the shape's file in all of them.
+Row i is vertex i, or face i, of the shape's file in NPZ, CSV and lists. Files with the surface have
+its vertices in the same order, and its triangles; OBJ with labels has these group by group, and GLB
+with values of faces or with a texture repeats vertices.
 """
 
 from collections.abc import Callable, Mapping

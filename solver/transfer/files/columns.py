@@ -8,7 +8,7 @@ is called by the name alone: ``seg.label`` is a column as others, and so is ``k.
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ CHANNELS: Final = ("red", "green", "blue", "alpha")
 _AXES: Final = "xyz"
 
 Column = npt.NDArray[Any]
+T = TypeVar("T")
 
 
 def from_columns(columns: Mapping[str, Column]) -> list[Attribute]:
@@ -139,22 +140,22 @@ def _free(name: str, taken: Collection[str]) -> str:
 
 
 def renamed(
-    columns: Mapping[str, Column],
+    columns: Mapping[str, T],
     taken: Collection[str],
     spelling: Callable[[str], str] = str,
-) -> dict[str, Column]:
-    """Return columns whose names differ from those that are taken: an underscore is appended.
+) -> dict[str, T]:
+    """Return columns by names that differ from those that are taken: an underscore is appended.
 
     Parameters
     ----------
     columns
-        By name.
+        By name, or something else that has names.
     taken
         Names that a format has for its own.
     spelling
         Returns a name as the format can write it; several names may become one.
     """
-    found: dict[str, Column] = {}
+    found: dict[str, T] = {}
     for name, values in columns.items():
         own = spelling(name)
         while own in taken or own in found or (own != name and own in columns):

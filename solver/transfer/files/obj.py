@@ -9,7 +9,7 @@ from solver.arrays import IntArray
 from solver.errors import MeshError, TransferError
 from solver.mesh.formats import read_obj, read_obj_parts
 from solver.transfer.attributes import COLORS_NAME, Attribute
-from solver.transfer.files.columns import CHANNELS
+from solver.transfer.files.columns import CHANNELS, renamed
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES
 
@@ -35,9 +35,10 @@ def read_obj_attributes(data: bytes) -> list[Attribute]:
 
 
 def write_obj(surface: WrittenSurface) -> bytes:
-    """Return a surface as OBJ, its faces in groups ``NAME_LABEL`` if it has labels.
+    """Return a surface as OBJ; if it has labels, its faces group by group, ``NAME_LABEL``.
 
-    The label of a face without one of its own is that of most of its corners, or of the first.
+    Words of a group are joined by underscores, one more where two groups would have one name. The
+    label of a face without one of its own is that of most of its corners, or of the first.
 
     Raises
     ------
@@ -62,10 +63,19 @@ def write_obj(surface: WrittenSurface) -> bytes:
         of_faces = labels.values
         if labels.on != FACES:
             of_faces = face_labels(labels.values, surface.faces)
-        for label in np.unique(of_faces).tolist():
-            text.append(f"g {'_'.join(f'{labels.name}_{label}'.split())}")
-            text += [f"f {a} {b} {c}" for a, b, c in numbers[of_faces == label].tolist()]
+        for group, own in _groups(labels.name, of_faces).items():
+            text.append(f"g {group}")
+            text += [f"f {a} {b} {c}" for a, b, c in numbers[own].tolist()]
     return ("\n".join(text) + "\n").encode()
+
+
+def _groups(name: str, labels: npt.NDArray[Any]) -> dict[str, IntArray]:
+    """Return the faces of each label by the name of their group."""
+    kinds, codes = np.unique(labels, return_inverse=True)
+    order = np.argsort(codes, kind="stable")
+    faces = np.split(order, np.cumsum(np.bincount(codes))[:-1])
+    own = {f"{name}_{label}": one for label, one in zip(kinds.tolist(), faces, strict=True)}
+    return renamed(own, (), lambda group: "_".join(group.split()))
 
 
 def face_labels(labels: npt.NDArray[Any], faces: IntArray) -> npt.NDArray[Any]:

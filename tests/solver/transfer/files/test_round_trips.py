@@ -514,6 +514,23 @@ def test_obj_has_groups_of_labels_of_faces() -> None:
         write_attributes([], "obj", surface_with(of_faces(0)["colors"]))
 
 
+def test_groups_of_obj_have_different_names() -> None:
+    texts = ["a b", "a_b", "b", "a  b", "", " "]
+    vertices, faces = np.eye(3), np.tile([[0, 1, 2]], (6, 1))
+    label = Attribute("l", np.array(texts), on=FACES)
+    data = write_attributes([], "obj", WrittenSurface("s", vertices, faces, (label,)))
+    (group,) = read_attributes(data, "obj")
+    expected = {
+        "": "l_",
+        " ": "l__",
+        "a  b": "l_a_b_",
+        "a b": "l_a_b__",
+        "a_b": "l_a_b",
+        "b": "l_b",
+    }
+    assert group.values.tolist() == [expected[text] for text in sorted(texts)]
+
+
 def test_glb_has_vertices_of_its_own_for_each_triangle() -> None:
     faces, height = of_faces(4), table(4)["height"]
     data = write_attributes([], "glb", surface_with(faces["segment"], faces["colors"], height))
