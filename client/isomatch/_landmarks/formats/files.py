@@ -133,6 +133,13 @@ def _read(
         return tps.read(text)
     # MorphoJ's files may be called .csv, and a table of points .txt.
     rows = table(text)
-    if rows and (point_table.names_axes(rows[0][1]) or len(rows[0][1]) in (3, 4)):
+    if rows and _is_point_table(rows[0][1]):
         return point_table.read(text, coordinates)
     return morphoj.read(text)
+
+
+def _is_point_table(first: list[str]) -> bool:
+    """Return whether a first row is of a table of points; MorphoJ has as many columns of one."""
+    if point_table.names_axes(first):
+        return True
+    return len(first) in (3, 4) and not morphoj.names_landmarks(first)

@@ -99,7 +99,7 @@ def _point(point: Any, where: str, sign: float) -> tuple[tuple[str, Sequence[flo
     """Label and position of a control point, and its description."""
     if not isinstance(point, dict):
         raise FormatError(f"{where} is not an object")
-    label, remark = str(point.get("label", "")), str(point.get("description", ""))
+    label, remark = _text(point, "label"), _text(point, "description")
     state = point.get("positionStatus", "defined")
     if state not in _STATES:
         raise FormatError(f"{where}.positionStatus is {str(state)[:20]!r}, none of {_STATES}")
@@ -111,6 +111,11 @@ def _point(point: Any, where: str, sign: float) -> tuple[tuple[str, Sequence[flo
         raise FormatError(f"{where}.position is not three finite numbers")
     x, y, z = map(float, numbers)
     return (label, (sign * x, sign * y, z)), remark
+
+
+def _text(point: dict[str, Any], name: str) -> str:
+    value = point.get(name)
+    return "" if value is None else str(value)
 
 
 def _list(document: Any, name: str, where: str) -> list[Any]:

@@ -5,7 +5,13 @@ Entries are delimited by commas, semicolons or tab stops. The first line may nam
 
 from collections.abc import Iterable, Sequence
 
-from isomatch._landmarks.formats.reading import FormatError, one_line, position, table
+from isomatch._landmarks.formats.reading import (
+    FormatError,
+    is_missing,
+    one_line,
+    position,
+    table,
+)
 from isomatch._landmarks.formats.tps import rows_of
 from isomatch._landmarks.landmark_set import LandmarkSet
 
@@ -24,9 +30,14 @@ def read(text: str) -> tuple[LandmarkSet, ...]:
         It is no such file; with the line.
     """
     rows = table(text)
-    if rows and not any(map(_is_number, rows[0][1][1:])) and len(rows) > 1:
+    if len(rows) > 1 and _names_columns(rows[0][1]):
         rows = rows[1:]
     return tuple(_specimen(line, entries) for line, entries in rows)
+
+
+def names_landmarks(first: list[str]) -> bool:
+    """Return whether the first row of a table names the coordinates of landmark 1."""
+    return {"x1", "y1", "z1"} <= {name.lower() for name in first}
 
 
 def write(specimens: Iterable[LandmarkSet]) -> str:
@@ -57,6 +68,13 @@ def _specimen(line: int, entries: list[str]) -> LandmarkSet:
         )
     places = [position(texts[at : at + 3], line) for at in range(0, len(texts), 3)]
     return LandmarkSet.of([(str(index + 1), place) for index, place in enumerate(places)], name)
+
+
+def _names_columns(first: list[str]) -> bool:
+    """Return whether a row has no coordinates, and is none of a specimen without landmarks."""
+    entries = first[1:]
+    specimen = bool(entries) and all(map(is_missing, entries))
+    return not specimen and not any(map(_is_number, entries))
 
 
 def _is_number(text: str) -> bool:

@@ -84,9 +84,14 @@ def position(texts: Sequence[str], line: int) -> tuple[float, ...] | None:
     FormatError
         Some are missing, or one is not a finite number.
     """
-    if all(text.strip().lower() in _MISSING for text in texts):
+    if all(map(is_missing, texts)):
         return None
     return tuple(number(text, line) for text in texts)
+
+
+def is_missing(text: str) -> bool:
+    """Return whether an entry stands for a coordinate that is missing."""
+    return text.strip().lower() in _MISSING
 
 
 def table(text: str) -> list[tuple[int, list[str]]]:

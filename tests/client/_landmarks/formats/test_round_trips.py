@@ -49,7 +49,7 @@ def test_labels_and_places_are_read_as_written(
 
 @pytest.mark.parametrize("ending", NUMBERED)
 @settings(max_examples=30)
-@given(specimens=st.integers(2, 4).flatmap(lambda n: st.lists(landmark_sets(n), min_size=1)))
+@given(specimens=st.integers(1, 4).flatmap(lambda n: st.lists(landmark_sets(n), min_size=1)))
 def test_specimens_are_read_as_written(ending: str, specimens: list[LandmarkSet]) -> None:
     found = returned(f"a.{ending}", *specimens)
     assert [one.name for one in found] == [one.name for one in specimens]
@@ -99,6 +99,14 @@ def test_documented_example_of_slicer_markups(tmp_path: Path) -> None:
     assert found.present.tolist() == [True, False]
 
 
+def test_markups_without_a_label_are_numbered(tmp_path: Path) -> None:
+    points = [{"label": None, "description": None, "position": [1, 2, 3]}, {"position": [4, 5, 6]}]
+    document = {"markups": [{"type": "Fiducial", "controlPoints": points}]}
+    (found,) = read(tmp_path, "a.mrk.json", json.dumps(document))
+    assert found.labels == ("1", "2")
+    assert found.descriptions == ("", "")
+
+
 @pytest.mark.parametrize(("system", "sign"), [("LPS", 1.0), ("1", 1.0), ("RAS", -1.0), ("0", -1.0)])
 def test_fiducials_of_slicer_versions(tmp_path: Path, system: str, sign: float) -> None:
     text = (
@@ -141,6 +149,17 @@ def test_morphoj_with_and_without_names(tmp_path: Path, delimiter: str) -> None:
             assert (first.name, second.name) == ("Homo sapiens f 025", "b")
             assert first.positions.tolist() == [[1, 2, 3], [4, 5, 6]]
             assert second.present.tolist() == [True, False]
+
+
+@pytest.mark.parametrize("missing", ["NA", "", "nan"])
+def test_morphoj_begins_with_a_specimen_without_landmarks(tmp_path: Path, missing: str) -> None:
+    rows = [["a", *6 * [missing]], ["b", *"123456"]]
+    names = ["ID", "x1", "y1", "z1", "x2", "y2", "z2"]
+    for lines in (rows, [names, *rows]):
+        text = "".join("\t".join(row) + "\n" for row in lines)
+        first, second = read(tmp_path, "a.txt", text)
+        assert (first.name, first.present.tolist()) == ("a", [False, False])
+        assert second.positions.tolist() == [[1, 2, 3], [4, 5, 6]]
 
 
 def test_tables_of_points(tmp_path: Path) -> None:
