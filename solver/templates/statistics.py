@@ -46,7 +46,8 @@ class ShapeStatistics:
     variances
         (C,) variances of the scores, with N − 1 in the denominator.
     scores
-        (N, C) coordinates of the specimens: position = mean + scores @ components for C = N − 1.
+        (N, C) coordinates of the specimens: for C = N − 1, a position is the mean plus the sum of
+        scores times components.
     """
 
     alignment: Alignment

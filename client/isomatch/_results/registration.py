@@ -140,13 +140,47 @@ class Registration(ArrayResult):
 
     @property
     def directions(self) -> Floats:
-        """Orthonormal principal components, (C, W, 3): ``mean + scores @ directions``."""
+        """Principal components, (C, W, 3): directions in which all vertices move together.
+
+        They are orthonormal over the vertices of the registered template. Vertices of the file that
+        were merged, as they are at one place, have equal rows, and those that no face uses that of
+        the first used one: sums over all rows count these again.
+        """
         return self.arrays["components"]
 
     @property
     def scores(self) -> Floats:
         """Coordinates of the specimens in the principal components, (M, C)."""
         return self.arrays["scores"]
+
+    def shape_of(self, scores: npt.ArrayLike) -> Floats:
+        """Return the shape of given scores, ``mean + np.tensordot(scores, directions, 1)``.
+
+        Parameters
+        ----------
+        scores
+            (C,) coordinates in the principal components, or (..., C).
+
+        Returns
+        -------
+        (W, 3) or (..., W, 3). Of the scores of a specimen, its vertices, moved and rotated onto the
+        mean, and scaled if :attr:`scale`.
+
+        Raises
+        ------
+        ValueError
+            There is not a score for each component; or as for :attr:`arrays`.
+
+        Examples
+        --------
+        >>> aligned = registration.shape_of(registration.scores)  # all registered specimens
+        """
+        given = np.asarray(scores, dtype=np.float64)
+        count = len(self.directions)
+        if given.ndim == 0 or given.shape[-1] != count:
+            raise ValueError(f"give {count} scores, one for each component, not {given.shape}")
+        found: Floats = self.mean + np.tensordot(given, self.directions, 1)
+        return found
 
     def save_meshes(self, folder: str | os.PathLike[str], names: Sequence[str] = ()) -> list[Path]:
         """Write a PLY file for each registered specimen, ``mean.ply`` and ``components.npz``.
