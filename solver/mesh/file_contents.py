@@ -1,6 +1,6 @@
 """What a mesh file has besides the repaired surface: its textures."""
 
-from solver.mesh.formats import READERS, merge_coincident, read_obj_coordinates
+from solver.mesh.formats import READERS, merge_coincident, mesh_in_zip, read_obj_coordinates
 from solver.mesh.repair import TriangleSoup
 from solver.mesh.textures import Paint
 from solver.mesh.triangle_mesh import TriangleMesh
@@ -41,15 +41,22 @@ def mapped_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | 
 
     Returns
     -------
-    As :func:`textured_surface`; an OBJ file without its images has texture coordinates too.
+    As :func:`textured_surface`; an OBJ file without its images, alone or in a zip, has texture
+    coordinates too.
 
     Raises
     ------
     MeshError
         As :func:`read_mesh`.
     """
-    if file_type.lower().lstrip(".") != "obj":
-        return textured_surface(data, file_type)
+    kind = file_type.lower().lstrip(".")
+    if kind != "obj":
+        found = textured_surface(data, kind)
+        if found is not None or kind != "zip":
+            return found
+        kind, data = mesh_in_zip(data)
+        if kind != "obj":
+            return None
     soup = read_obj_coordinates(data)
     if soup.paint is None or (soup.paint.texture_of_face < 0).all():
         return None

@@ -49,6 +49,9 @@ _GREATEST = {"u1": 255.0, "u2": 65535.0}
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 """Names of the property that lists the corners of faces."""
 
+_IMAGE, _PLACES_IN_IMAGE = "TextureFile", "texcoord"
+"""First word of the comment that names an image, and list of texture coordinates of a face."""
+
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _LONGEST_HEADER = 1 << 20
 """Bytes."""
@@ -115,6 +118,7 @@ def read_ply(data: bytes) -> TriangleSoup:
     vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
     sizes, corners = _polygons(face)
     colors = _colors(vertex, _properties(header)["vertex"])
+    notes += _note_of_texture(header)
     contents = polygon_contents(vertices, sizes, corners, colors, notes)
     if len(sizes):
         return contents
@@ -173,6 +177,19 @@ def _read(data: bytes) -> tuple[_Header, dict[str, Columns], tuple[str, ...]]:
     if "vertex" not in columns:
         raise MeshError("the PLY file has no vertices")
     return header, columns, notes
+
+
+def _note_of_texture(header: _Header) -> tuple[str, ...]:
+    """Say that a texture was not read, if the file refers to an image or has coordinates in one."""
+    comments = (one.split(maxsplit=1) for group in header.comments.values() for one in group)
+    images = [words[1] for words in comments if len(words) == 2 and words[0] == _IMAGE]
+    if not images and _PLACES_IN_IMAGE not in _properties(header).get("face", {}):
+        return ()
+    said = f"the image {images[0][:100]!r}" if images else "places in an image"
+    return (
+        f"the file refers to {said}: textures of PLY files are not read; to include them, upload"
+        " GLB, or OBJ with its material file and its images together as one .zip",
+    )
 
 
 def _parse_header(data: bytes) -> _Header:

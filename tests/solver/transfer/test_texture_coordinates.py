@@ -16,7 +16,7 @@ from solver.registration import DenseCorrespondence
 from solver.transfer import carried_paint
 from solver.transfer.files import WrittenSurface, write_textured_glb, write_textured_obj
 from tests.solver import shapes
-from tests.solver.mesh.textures.textured_files import ramp, textured_obj
+from tests.solver.mesh.textures.textured_files import ramp, textured_obj, zipped
 from tests.solver.transfer.maps import FINE, MESH, registered
 
 OTHER, WHERE = shapes.permuted(MESH, seed=5)
@@ -267,7 +267,21 @@ def test_coordinates_go_on_where_faces_repeat_vertices() -> None:
     np.testing.assert_allclose(carried.coordinates, plane(OTHER.vertices[OTHER.faces]), atol=2e-3)
 
 
+def test_a_zip_without_images_has_the_coordinates_of_its_obj_file() -> None:
+    data = textured_obj(MESH.vertices, MESH.faces, plane(MESH.vertices) * [1, -1] + [0, 1])
+    bare = data.replace(b"mtllib skin.mtl\n", b"")
+    for files in ({"a.obj": bare}, {"a.obj": data, "skin.mtl": b"newmtl skin\nKd 1 0 0\n"}):
+        read = mapped_surface(zipped(files), "zip")
+        assert read is not None
+        expected = mapped_surface(data, "obj")
+        assert expected is not None
+        np.testing.assert_array_equal(read[1].coordinates, expected[1].coordinates)
+        assert textured_surface(zipped(files), "zip") is None
+
+
 def test_files_without_coordinates_have_none() -> None:
+    triangle = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    assert mapped_surface(zipped({"a.off": triangle}), "zip") is None
     plain = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     assert mapped_surface(plain, "obj") is None
     assert mapped_surface(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "off") is None

@@ -168,3 +168,26 @@ def test_binary_ply_changed_by_a_text_transfer() -> None:
     data = mesh_files.ply(np.concatenate([SQUARE, [[5e-324 * 10, 0, 0]]]), TWO)
     with pytest.raises(MeshError, match=r"more than its header|cut off"):
         read_mesh(data.replace(b"\n", b"\r\n"), "ply")
+
+
+@pytest.mark.parametrize(
+    ("comment", "texcoord", "said"),
+    [
+        ("TextureFile skin 1.png", True, "the image 'skin 1.png'"),
+        ("TextureFile skin.png", False, "the image 'skin.png'"),
+        ("made by hand", True, "places in an image"),
+        ("a TextureFile", False, None),
+    ],
+)
+def test_a_warning_says_that_textures_are_not_read(
+    comment: str, texcoord: bool, said: str | None
+) -> None:
+    places = " 6 0 0 1 0 0 1" if texcoord else ""
+    lines = ["ply", "format ascii 1.0", f"comment {comment}", "element vertex 3"]
+    lines += [f"property float {axis}" for axis in "xyz"]
+    lines += ["element face 1", "property list uchar int vertex_indices"]
+    lines += ["property list uchar float texcoord"] * texcoord
+    lines += ["end_header", "0 0 0", "1 0 0", "0 1 0", f"3 0 1 2{places}", ""]
+    warnings = read_mesh("\n".join(lines).encode(), "ply").warnings
+    expected = [] if said is None else [f"the file refers to {said}: textures of PLY files are not"]
+    assert [one[: one.find(" read;")] for one in warnings if "PLY" in one] == expected
