@@ -77,8 +77,9 @@ class Client:
         Seconds without progress after which a request fails; None for no limit.
     retries
         Greatest number of repetitions of a request when the connection fails or the service is
-        busy (429, 503): after its ``Retry-After``, up to 30 s, or after growing pauses. A repeated
-        request never creates a second job.
+        busy (429, 502, 503, 504): after its ``Retry-After``, up to 30 s, or after growing pauses.
+        A repeated request never creates a second job. Waiting for a job outlasts a service that
+        is away for up to 60 s, unless this is 0.
     transport
         ``httpx2`` transport to use instead of the network.
 

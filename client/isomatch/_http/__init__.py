@@ -16,16 +16,26 @@ from isomatch._http.operation import (
     Pause,
     Stream,
 )
-from isomatch._http.retries import LONGEST_PAUSE, back_off, failure_message
+from isomatch._http.retries import (
+    BUSY,
+    LONGEST_OUTAGE,
+    LONGEST_PAUSE,
+    Failures,
+    failure_message,
+    retry_after,
+)
 
 __all__ = [
+    "BUSY",
     "DEFAULT_URL",
+    "LONGEST_OUTAGE",
     "LONGEST_PAUSE",
     "URL_VARIABLE",
     "AsyncTransport",
     "BlockingTransport",
     "Call",
     "EventReader",
+    "Failures",
     "Item",
     "Json",
     "Listen",
@@ -34,11 +44,11 @@ __all__ = [
     "Pause",
     "Stream",
     "api_key_or_default",
-    "back_off",
     "checked",
     "failure_message",
     "parsed",
     "retries_given",
+    "retry_after",
     "send",
     "timeout_given",
     "unexpected",

@@ -38,6 +38,9 @@ class Call:
         Headers besides those of every request.
     patience
         Seconds the service may hold the answer back, on top of the client's timeout.
+    outage
+        Seconds for which the call is repeated while no service answers, however few retries these
+        take; not where retries are switched off.
     """
 
     method: str
@@ -48,6 +51,7 @@ class Call:
     form: Mapping[str, str] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)
     patience: float = 0.0
+    outage: float = 0.0
 
 
 @dataclass(frozen=True)

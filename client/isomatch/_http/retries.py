@@ -1,6 +1,8 @@
 """Repetition of calls that failed or met a busy service, with exponential back-off."""
 
 import random
+import time
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
 from typing import Final, TypeVar
@@ -19,14 +21,58 @@ LONGEST_PAUSE: Final = 30.0
 """Longest pause between attempts, in seconds; a service that asks for a longer one is not asked
 again."""
 
+LONGEST_OUTAGE: Final = 60.0
+"""Seconds for which a service may be away, as while it restarts, before a wait for a job ends."""
+
+_LONGEST_PAUSE_OF_OUTAGE: Final = 5.0
+"""Longest pause before a service that is away is asked again, in seconds."""
+
 _NEVER_SENT: Final = (httpx2.ConnectError, httpx2.ConnectTimeout, httpx2.PoolTimeout)
-_BUSY: Final = (429, 503)
+BUSY: Final = (429, 502, 503, 504)
+"""Statuses of a service that is busy, or behind a proxy that does not reach it."""
+
+
+@dataclass
+class Failures:
+    """Failures of a call in a row, and whether it may be repeated.
+
+    Parameters
+    ----------
+    retries
+        Greatest number of repetitions.
+    outage
+        Seconds since the first failure for which it is repeated nevertheless.
+    """
+
+    retries: int
+    outage: float = 0.0
+    _count: int = field(default=0, init=False)
+    _first: float = field(default=0.0, init=False)
+
+    def clear(self) -> None:
+        """Begin anew: the service has answered."""
+        self._count = 0
+
+    def exhausted(self) -> bool:
+        """Count a failure; true if it is the last one."""
+        if self._count == 0:
+            self._first = time.monotonic()
+        self._count += 1
+        if self._count <= self.retries:
+            return False
+        return self.retries == 0 or time.monotonic() - self._first >= self.outage
+
+    def pause(self) -> float:
+        """Return the seconds to wait before the next attempt."""
+        longest = LONGEST_PAUSE if self._count <= self.retries else _LONGEST_PAUSE_OF_OUTAGE
+        return min(back_off(max(self._count - 1, 0)), longest)
 
 
 def with_retries(operation: Operation[ResultT], retries: int) -> Operation[ResultT]:
     """Repeat the calls of an operation when the connection fails or the service is busy.
 
-    A busy service (429, 503) is asked again after its ``Retry-After``, or after growing pauses.
+    A busy service (429, 502, 503, 504) is asked again after its ``Retry-After``, or after growing
+    pauses.
     All calls of the API are safe to repeat: those that create jobs have an idempotency key.
 
     Parameters
@@ -57,21 +103,22 @@ def with_retries(operation: Operation[ResultT], retries: int) -> Operation[Resul
 
 
 def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
-    for attempt in range(retries + 1):
-        last = attempt == retries
+    failures = Failures(retries, call.outage)
+    while True:
         try:
             response = yield call
         except httpx2.TransportError as error:
-            if last:
+            if failures.exhausted():
                 raise ConnectionFailed(failure_message(error, call)) from error
-            yield Pause(back_off(attempt))
+            yield Pause(failures.pause())
         else:
             assert response is not None
             requested = retry_after(response) or 0.0
-            if last or response.status_code not in _BUSY or requested > LONGEST_PAUSE:
+            if response.status_code not in BUSY or requested > LONGEST_PAUSE:
                 return response
-            yield Pause(max(requested, back_off(attempt)))
-    raise AssertionError("the last attempt returns or raises")
+            if failures.exhausted():
+                return response
+            yield Pause(max(requested, failures.pause()))
 
 
 def back_off(attempt: int) -> float:

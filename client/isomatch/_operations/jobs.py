@@ -1,5 +1,6 @@
 """Operations that start, follow, list and cancel jobs."""
 
+import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Final
@@ -8,17 +9,14 @@ from uuid import uuid4
 import httpx2
 from pydantic import ValidationError
 
-from isomatch._errors import (
-    ConnectionFailed,
-    ServiceUnavailable,
-    TooManyRequests,
-    UnexpectedResponse,
-    WaitTimeout,
-)
+from isomatch._errors import ConnectionFailed, UnexpectedResponse, WaitTimeout
 from isomatch._http import (
+    BUSY,
+    LONGEST_OUTAGE,
     LONGEST_PAUSE,
     Call,
     EventReader,
+    Failures,
     Item,
     Json,
     Listen,
@@ -26,10 +24,10 @@ from isomatch._http import (
     Operation,
     Pause,
     Stream,
-    back_off,
     checked,
     failure_message,
     parsed,
+    retry_after,
     send,
 )
 from isomatch._models import (
@@ -41,6 +39,7 @@ from isomatch._models import (
     Shape,
     check_names,
 )
+from isomatch._operations.outages import job_named
 from isomatch._operations.request_parts import id_of, listed, named, names_of, path_to
 from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
@@ -148,9 +147,13 @@ def _key_given(key: str) -> str:
     return key
 
 
-def get_job(job_id: str, wait: float | None = None) -> Operation[JobRecord]:
-    """Request a job, at once or when it has ended, but after at most `wait` seconds."""
-    call = Call("GET", path_to("jobs", job_id), query={"wait": wait}, patience=wait or 0.0)
+def get_job(job_id: str, wait: float | None = None, outage: float = 0.0) -> Operation[JobRecord]:
+    """Request a job, at once or when it has ended, but after at most `wait` seconds.
+
+    The service may be away for `outage` seconds.
+    """
+    path, query = path_to("jobs", job_id), {"wait": wait}
+    call = Call("GET", path, query=query, patience=wait or 0.0, outage=outage)
     return parsed(JobRecord, (yield from send(call)))
 
 
@@ -162,36 +165,44 @@ def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
     job_id
         The job.
     retries
-        Greatest number of failures in a row.
+        Greatest number of failures in a row, unless they end within `LONGEST_OUTAGE`.
+
+    Raises
+    ------
+    ConnectionFailed
+        The service stayed away; the message names the job.
     """
-    last, failures = None, 0
+    with job_named(job_id):
+        yield from _followed(job_id, Failures(retries, LONGEST_OUTAGE))
+
+
+def _followed(job_id: str, failures: Failures) -> Stream[JobRecord]:
+    last = None
     while True:
         headers: dict[str, str] = {} if last is None else {"last-event-id": last}
         path = path_to("jobs", job_id, "events")
         call = Call("GET", path, headers=headers, patience=HEARTBEAT)
         reader = EventReader()
-        requested = 0.0
         try:
             response = yield Listen(call)
             assert isinstance(response, httpx2.Response)
+            if response.status_code in BUSY and not failures.exhausted():
+                requested = min(retry_after(response) or 0.0, LONGEST_PAUSE)
+                yield Pause(max(requested, failures.pause()))
+                continue
             checked(response)
             while isinstance(line := (yield NextLine()), str):
-                failures = 0
+                failures.clear()
                 if (event := reader.feed(line)) is not None:
                     last = event.id
                     record = _record_of(event.data, call)
                     yield Item(record)
                     if record.finished:
                         return
-        except (httpx2.TransportError, TooManyRequests, ServiceUnavailable) as error:
-            failures += 1
-            if failures > retries:
-                if isinstance(error, httpx2.TransportError):
-                    raise ConnectionFailed(failure_message(error, call)) from error
-                raise
-            if not isinstance(error, httpx2.TransportError):
-                requested = min(error.retry_after or 0.0, LONGEST_PAUSE)
-        yield Pause(max(requested, back_off(max(failures - 1, 0))))
+        except httpx2.TransportError as error:
+            if failures.exhausted():
+                raise ConnectionFailed(failure_message(error, call)) from error
+        yield Pause(failures.pause())
 
 
 def _record_of(document: str, call: Call) -> JobRecord:
@@ -242,11 +253,15 @@ def wait_for_job(
     ------
     WaitTimeout
         The job did not end within `timeout` seconds.
+    ConnectionFailed
+        The service stayed away for `LONGEST_OUTAGE`; the message names the job.
     """
     start = time.monotonic()
     while True:
-        left = poll if timeout is None else timeout - (time.monotonic() - start)
-        record = yield from get_job(job_id, wait=round(min(max(left, 0.0), poll), 3))
+        left = math.inf if timeout is None else max(timeout - (time.monotonic() - start), 0.0)
+        wait, outage = round(min(left, poll), 3), min(left, LONGEST_OUTAGE)
+        with job_named(job_id):
+            record = yield from get_job(job_id, wait, outage)
         update(record)
         if record.finished:
             return

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from pydantic import ValidationError
 
 from isomatch._errors import JobCancelled, JobFailed
-from isomatch._http import Call, Operation, parsed, send, unexpected
+from isomatch._http import LONGEST_OUTAGE, Call, Operation, parsed, send, unexpected
 from isomatch._models import JobRecord
+from isomatch._operations.outages import job_named
 from isomatch._operations.prototypes import get_prototype_points
 from isomatch._operations.request_parts import HELD, path_to
 from isomatch._operations.shapes import get_geometry
@@ -73,7 +74,9 @@ def get_result(record: JobRecord) -> Operation[Result]:
         raise JobFailed(record.id, record.error)
     if record.state == "cancelled":
         raise JobCancelled(record.id)
-    response = yield from send(Call("GET", path_to("jobs", record.id, "result")))
+    call = Call("GET", path_to("jobs", record.id, "result"), outage=LONGEST_OUTAGE)
+    with job_named(record.id, "has succeeded"):
+        response = yield from send(call)
     try:
         found = _RESULTS.get(record.kind, Match).from_json(response.content)
     except ValidationError as error:

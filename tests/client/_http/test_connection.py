@@ -14,6 +14,8 @@ import isomatch
 import numpy as np
 import pytest
 from isomatch._http import retries
+from isomatch._models import JobRecord
+from isomatch._operations import jobs
 
 SHAPE = {
     "id": "0" * 32,
@@ -30,7 +32,9 @@ SHAPE = {
     "created": "2026-01-01T00:00:00Z",
 }
 
-JOB = {
+JOB: dict[str, object] = {
+    "id": "0" * 32,
+    "created": "2026-01-01T00:00:00Z",
     "kind": "mesh",
     "state": "succeeded",
     "progress": {"stage": "finished", "fraction": 1.0},
@@ -118,6 +122,46 @@ def test_retries_are_limited() -> None:
     with client_of(service) as client, pytest.raises(isomatch.ConnectionFailed, match="broke"):
         client.shape("0" * 32)
     assert len(service.requests) == 4
+
+
+def test_waiting_for_a_job_survives_a_restart_of_the_service(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pauses: list[float] = []
+    monkeypatch.setattr(time, "sleep", pauses.append)
+    service = Broken(10, httpx2.ConnectError, JOB)
+    with client_of(service) as client:
+        job = isomatch.Job(client._transport, JobRecord.model_validate(JOB | {"state": "running"}))
+        assert job.wait().state == "succeeded"
+    assert max(pauses) <= 6.0
+
+
+@pytest.mark.parametrize("timeout", [None, 0.02])
+def test_a_service_that_stays_away_is_an_error_that_names_the_job(
+    monkeypatch: pytest.MonkeyPatch, timeout: float | None
+) -> None:
+    if timeout is None:
+        monkeypatch.setattr(jobs, "LONGEST_OUTAGE", 0.02)
+    with client_of(Broken(10_000, httpx2.ConnectError, JOB)) as client:
+        job = isomatch.Job(client._transport, JobRecord.model_validate(JOB | {"state": "running"}))
+        with pytest.raises(isomatch.ConnectionFailed, match=f"reached.*jobs result {job.id}`"):
+            job.wait(timeout)
+
+
+@pytest.mark.parametrize("status", [502, 504])
+def test_a_proxy_that_does_not_reach_the_service_is_asked_again(status: int) -> None:
+    answers = [httpx2.Response(status, html="<p>Bad gateway"), httpx2.Response(200, json=SHAPE)]
+    with client_of(lambda _: answers.pop(0)) as client:
+        assert client.shape("0" * 32).name == "cat"
+
+
+def test_a_busy_service_is_an_error_that_names_the_job(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jobs, "LONGEST_OUTAGE", 0.0)
+    client, _ = busy(monkeypatch, *[(503, None)] * 4)
+    with client:
+        job = isomatch.Job(client._transport, JobRecord.model_validate(JOB | {"state": "running"}))
+        with pytest.raises(isomatch.ServiceUnavailable, match=f"Busy.*jobs result {job.id}`"):
+            job.wait()
 
 
 def test_an_open_file_is_sent_from_its_beginning_each_time(tmp_path: Path) -> None:

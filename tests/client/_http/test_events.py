@@ -9,6 +9,7 @@ import isomatch
 import pytest
 from isomatch._http import EventReader, retries
 from isomatch._models import JobRecord
+from isomatch._operations import jobs
 
 JOB = {
     "id": "1",
@@ -27,7 +28,7 @@ JOB = {
 
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(retries, "FIRST_PAUSE", 0.01)
+    monkeypatch.setattr(retries, "FIRST_PAUSE", 0.001)
 
 
 def event(name: str, **changes: object) -> bytes:
@@ -48,7 +49,7 @@ class Breaking(httpx2.SyncByteStream):
 class Service:
     """Answers with one stream after the other."""
 
-    def __init__(self, *streams: bytes | httpx2.SyncByteStream | None) -> None:
+    def __init__(self, *streams: bytes | httpx2.SyncByteStream | int | None) -> None:
         self.streams = list(streams)
         self.seen: list[str | None] = []
 
@@ -59,6 +60,8 @@ class Service:
         stream = self.streams.pop(0)
         if stream is None:
             raise httpx2.ConnectError("refused", request=request)
+        if isinstance(stream, int):
+            return httpx2.Response(stream)
         headers = {"content-type": "text/event-stream"}
         if isinstance(stream, bytes):
             return httpx2.Response(200, headers=headers, content=stream)
@@ -98,9 +101,15 @@ def test_a_queued_job_says_what_it_waits_for() -> None:
     assert said[:4] == ["no worker is alive", "3 jobs ahead", "next in the queue", "level 2"]
 
 
-def test_failures_of_a_stream_are_limited() -> None:
-    with pytest.raises(isomatch.ConnectionFailed, match="cannot be reached"):
+def test_failures_of_a_stream_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jobs, "LONGEST_OUTAGE", 0.0)
+    with pytest.raises(isomatch.ConnectionFailed, match=r"be reached.*jobs result 1`"):
         followed(Service(event("a"), None, None, None, None))
+
+
+def test_following_survives_a_restart_of_the_service() -> None:
+    service = Service(event("a"), None, 502, None, 503, None, 504, event("b", state="succeeded"))
+    assert followed(service) == ["queued", "succeeded"]
 
 
 def test_a_stream_that_shows_itself_is_no_failure() -> None:
