@@ -7,6 +7,8 @@ unknown to RQ (a worker died between taking it from the queue and registering it
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Final, Self
@@ -168,15 +170,22 @@ def _release_dead_executions(store: Store, queue: Queue, timeout: timedelta) -> 
             store.client.zadd(registry.key, {f"{job_id}:{execution_id}": 1}, xx=True)
 
     def abandoned(job: Job, *_: object) -> None:
-        handle_lost_process(store, job, "its worker is gone", LOSSES_WITH_WORKER, job.worker_name)
+        # Other jobs of the queue would wait for one whose handler always fails.
+        job.retries_left = 0
+        with _logged(job.id):
+            handle_lost_process(
+                store, job, "its worker is gone", LOSSES_WITH_WORKER, job.worker_name
+            )
 
-    registry.cleanup(exception_handlers=[abandoned])
+    with _logged(queue.name):
+        registry.cleanup(exception_handlers=[abandoned])
 
 
 def _alive(store: Store, job_id: str, execution_id: str, timeout: timedelta) -> bool:
     try:
         execution = Execution.fetch(execution_id, job_id, connection=store.client)
-    except ValueError:
+    except (ValueError, KeyError):
+        # Expired, or half so: a heartbeat that comes late makes the hash anew, without its rest.
         return False
     if execution.worker_name:
         worker = f"rq:worker:{execution.worker_name}"
@@ -202,17 +211,10 @@ class _Pass:
         for record in store.jobs.active():
             if self.lost.is_set():
                 return
-            try:
+            with _logged(record.id):
                 if self._requeue_lost(record, first_noticed.get(record.id)):
                     unknown.add(record.id)
                 _kill_overdue(store, record, self.timeouts.cancellation)
-            except BlobError as error:
-                log.warning("a job waits for the blob store", job_id=record.id, error=str(error))
-            except (NewerRecord, ValueError, KeyError) as error:
-                # Damaged, or of a newer version; other jobs are recovered nevertheless. The error's
-                # text may quote a record, which holds secrets.
-                how = type(error).__name__
-                log.error("a job cannot be recovered", job_id=record.id, error=how)
         cleared = set(first_noticed) - unknown
         if cleared:
             store.client.hdel(store.keys.unseen_jobs, *cleared)
@@ -238,6 +240,18 @@ class _Pass:
                 self.queue.resume(record)
             return False
         return True
+
+
+@contextmanager
+def _logged(job_id: str) -> Iterator[None]:
+    """Log why a job, or the jobs of a queue, cannot be recovered; others are nevertheless."""
+    try:
+        yield
+    except BlobError as error:
+        log.warning("a job waits for the blob store", job_id=job_id, error=str(error))
+    except (NewerRecord, ValueError, KeyError) as error:
+        # Damaged, or of a newer version. The error's text may quote a record, which holds secrets.
+        log.error("a job cannot be recovered", job_id=job_id, error=type(error).__name__)
 
 
 def _known_to_rq(queue: JobQueue) -> set[str]:

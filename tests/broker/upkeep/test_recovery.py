@@ -8,6 +8,9 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from rq.executions import Execution
+from rq.job import Job
+from rq.serializers import JSONSerializer
 
 from broker.contracts import BatchPayload, JobState, MatchParameters, MatchPayload, shape_id
 from broker.queue import JobQueue, new_job
@@ -80,6 +83,44 @@ def test_a_damaged_record_does_not_end_recovery(queue: JobQueue) -> None:
     for _ in range(2):
         recover(queue, NOW)
     assert set(queue.rq.current.get_job_ids()) == others
+
+
+def executing(queue: JobQueue) -> tuple[str, Execution]:
+    """Queue a job and register its execution, as a worker does that dies at once."""
+    queue = queue.of("acme")
+    match = MatchPayload(source="a", target="b", parameters=LONG)
+    job = queue.submit(new_job(match)).id
+    taken = Job.fetch(job, connection=queue.store.client, serializer=JSONSerializer)
+    assert queue.rq.current.remove(taken)
+    assert queue.store.jobs.claim(job, "gone")
+    with queue.store.client.pipeline() as pipe:
+        execution = Execution.create(taken, 3600, pipe, "gone")
+        pipe.execute()
+    queue.store.client.hset(taken.key, "worker_name", "gone")
+    return job, execution
+
+
+@pytest.mark.parametrize("field", ["created_at", "last_heartbeat"])
+def test_a_half_expired_execution_does_not_end_recovery(queue: JobQueue, field: str) -> None:
+    jobs = [executing(queue) for _ in range(2)]
+    queue.store.client.hdel(jobs[0][1].key, field)
+    recover(queue)
+    assert set(queue.rq.current.get_job_ids()) == {job for job, _ in jobs}
+    states = {queue.of("acme").store.jobs.state(job) for job, _ in jobs}
+    assert states == {JobState.QUEUED}
+
+
+@pytest.mark.parametrize("damage", [("status", "no such"), ("meta", "[")])
+def test_a_damaged_job_of_rq_does_not_end_recovery(
+    queue: JobQueue, damage: tuple[str, str]
+) -> None:
+    job, _ = executing(queue)
+    queue.store.client.hset(f"rq:job:{job}", *damage)
+    lost = validation(queue, blob_file(1))
+    queue.store.client.lpop(queue.rq.current.key)
+    for _ in range(2):
+        recover(queue, NOW)
+    assert lost in queue.rq.current.get_job_ids()
 
 
 def begun(queue: JobQueue, data: bytes) -> str:
