@@ -1,9 +1,11 @@
 """The spectra a job will need, so that workers compute them before it begins."""
 
+from collections.abc import Collection
 from typing import TypeAlias
 
 from broker.contracts import (
     ConsistentMapsPayload,
+    JobRecord,
     MatchPayload,
     PrototypePayload,
     RegistrationPayload,
@@ -12,7 +14,7 @@ from broker.contracts import (
     spectrum_key,
     subject_of,
 )
-from broker.store import Shapes
+from broker.store import Shapes, Store
 
 SpectralPayload: TypeAlias = (
     MatchPayload | PrototypePayload | RegistrationPayload | ConsistentMapsPayload
@@ -37,3 +39,17 @@ def wanted_spectra(payload: SpectralPayload, shapes: Shapes) -> list[SpectrumKey
     return [
         spectrum_key(parameters, shape) for shape in shapes.records(wanted) if shape is not None
     ]
+
+
+def needed_by_others(
+    record: JobRecord, keys: Collection[SpectrumKey], store: Store
+) -> set[SpectrumKey]:
+    """Return which of these spectra a live job other than `record` will use."""
+    shapes, needed = {key.shape for key in keys}, set[SpectrumKey]()
+    for other in store.jobs.active():
+        payload = other.payload
+        if other.id == record.id or not isinstance(payload, SpectralPayload):
+            continue
+        if not shapes.isdisjoint(subject_of(payload).shapes):
+            needed.update(wanted_spectra(payload, store.shapes))
+    return needed.intersection(keys)

@@ -24,7 +24,7 @@ from broker.contracts import (
 )
 from broker.queue.batches import Batches
 from broker.queue.new_jobs import NO_REQUEST, new_batch_match, new_job, new_time_slice
-from broker.queue.prefetch import SpectralPayload, wanted_spectra
+from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spectra
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
@@ -222,7 +222,7 @@ class JobQueue:
         return record
 
     def cancel(self, job_id: str) -> None:
-        """Cancel a job that has not ended, with all its parts."""
+        """Cancel a job that has not ended, with all its parts and the spectra it alone needs."""
         before = self.store.jobs.state(job_id)
         after = self.store.jobs.cancel(job_id)
         if before is JobState.QUEUED and after is JobState.CANCELLED:
@@ -230,6 +230,8 @@ class JobQueue:
         record = self.store.jobs.readable(job_id)
         if record is None:
             return
+        if after in (JobState.RUNNING, JobState.CANCELLED):
+            self._withdraw_spectra(record)
         if record.batch is not None:
             self.batches.advance(record.batch)
         elif after is JobState.CANCELLED and isinstance(record.payload, UploadPayload):
@@ -310,6 +312,29 @@ class JobQueue:
         cached = spectra.known([key])[0] and spectra.has(key)
         if not cached and spectra.mark_queued(key, job.id, self.settings.job_timeout):
             self.submit(job)
+
+    def _withdraw_spectra(self, record: JobRecord) -> None:
+        """Withdraw the queued spectra of a cancelled job that no other live job needs.
+
+        A job that is being submitted may count on one; it computes the spectrum itself then.
+        """
+        if not isinstance(record.payload, SpectralPayload):
+            return
+        spectra = self.store.spectra
+        wanted = wanted_spectra(record.payload, self.store.shapes)
+        jobs = {
+            key: job
+            for key, job in zip(wanted, spectra.jobs_queued(wanted), strict=True)
+            if job is not None and self.store.jobs.state(job) is JobState.QUEUED
+        }
+        needed = needed_by_others(record, jobs, self.store) if jobs else set()
+        for key, job in jobs.items():
+            if key in needed:
+                continue
+            # First, so that whoever needs it from now on queues it again.
+            spectra.unmark_queued(key, job)
+            if self.store.jobs.cancel(job) is JobState.CANCELLED:
+                self.rq.withdraw(job)
 
 
 def _log_queued(record: JobRecord) -> None:

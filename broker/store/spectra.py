@@ -225,9 +225,15 @@ class Spectra:
         names = [self.keys.spectrum_job(key) for key in keys]
         return int(self.client.exists(*names)) if names else 0
 
-    def unmark_queued(self, key: SpectrumKey) -> None:
-        """Record that no job is queued to compute a spectrum any more."""
-        self.client.delete(self.keys.spectrum_job(key))
+    def jobs_queued(self, keys: Sequence[SpectrumKey]) -> list[str | None]:
+        """Return the job that is queued to compute each spectrum, or computes it."""
+        names = [self.keys.spectrum_job(key) for key in keys]
+        replies = self.client.mget(names) if names else []
+        return [None if reply is None else text(reply) for reply in replies]
+
+    def unmark_queued(self, key: SpectrumKey, job_id: str) -> None:
+        """Record that a job is not queued to compute a spectrum any more; another one may be."""
+        scripts.RELEASE_LOCK(self.client, [self.keys.spectrum_job(key)], job_id)
 
     def count_computed(self) -> None:
         """Count a computed spectrum."""

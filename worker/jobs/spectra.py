@@ -42,7 +42,7 @@ def compute_spectrum(payload: SpectrumPayload, context: JobContext) -> None:
             mesh = mesh_of(key, payload.shape, context.store)
             spectrum_of(key, mesh, spectra, context.runner, control)
     finally:
-        spectra.unmark_queued(key)
+        spectra.unmark_queued(key, context.record.id)
 
 
 def spectrum_of(

@@ -1,0 +1,60 @@
+"""Cancellation of jobs that spectra were queued for."""
+
+import pytest
+
+from broker.contracts import (
+    ConsistentMapsPayload,
+    JobKind,
+    JobRecord,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+)
+from broker.queue import JobQueue
+from tests.broker.store.test_store import accepted, numbered
+
+SHAPES = tuple(f"{number:032x}" for number in range(3))
+
+DENSE = MatchParameters(dense=True)
+MAPS = ConsistentMapsPayload(shapes=SHAPES, parameters=DENSE)
+
+
+@pytest.fixture
+def maps(queue: JobQueue) -> JobRecord:
+    """A queued job that needs the spectra of all shapes, which are queued before it."""
+    for number in range(len(SHAPES)):
+        accepted(queue.store, numbered(number))
+    return queue.submit_with_spectra(MAPS)
+
+
+def waiting_spectra(queue: JobQueue) -> list[JobRecord]:
+    """The jobs that compute spectra and have not ended."""
+    return [one for one in queue.store.jobs.active() if one.kind is JobKind.SPECTRUM]
+
+
+def test_spectra_of_a_cancelled_job_are_withdrawn(queue: JobQueue, maps: JobRecord) -> None:
+    assert len(waiting_spectra(queue)) == 3
+    queue.cancel(maps.id)
+    assert waiting_spectra(queue) == []
+    assert queue.rq.waiting() == 0
+    # They are queued again for whoever needs them then.
+    queue.submit_with_spectra(MAPS)
+    assert len(waiting_spectra(queue)) == 3
+
+
+def test_spectra_that_others_need_stay(queue: JobQueue, maps: JobRecord) -> None:
+    match = MatchPayload(source=SHAPES[0], target=SHAPES[1], parameters=DENSE)
+    other = queue.submit_with_spectra(match)
+    queue.cancel(maps.id)
+    assert queue.spectra_ahead(other) == len(waiting_spectra(queue)) == 2
+    queue.cancel(other.id)
+    assert waiting_spectra(queue) == []
+
+
+def test_spectra_that_are_being_computed_go_on(queue: JobQueue, maps: JobRecord) -> None:
+    running = waiting_spectra(queue)[0].id
+    assert queue.store.jobs.claim(running, "runner")
+    queue.cancel(maps.id)
+    assert queue.store.jobs.is_held(running, "runner")
+    assert [one.id for one in waiting_spectra(queue)] == [running]
+    assert queue.store.jobs.state(maps.id) is JobState.CANCELLED
