@@ -58,6 +58,9 @@ REDIS_TIMEOUT: Final = 30.0
 """Seconds after which a Redis that is connected but does not answer is given up; long enough for
 several large uploads to be written at a time."""
 
+SCRAPE_TIMEOUT: Final = 2.5
+"""Seconds after which metrics are given without the store; Prometheus gives up after 10."""
+
 log = logger("isomatch.api")
 
 
@@ -131,7 +134,9 @@ def _lifespan(
     async def lifespan(app: FastAPI) -> AsyncIterator[State]:
         store = Store.open(settings, settings.redis_patience, pause=0.2, timeout=REDIS_TIMEOUT)
         service = Service(settings, store, JobQueue(store, settings), closing, registry)
-        registry.register(StoreCollector(service.queue))
+        patience = min(settings.redis_patience, SCRAPE_TIMEOUT)
+        scraped = Store.open(settings, patience, pause=0.2, timeout=SCRAPE_TIMEOUT)
+        registry.register(StoreCollector(JobQueue(scraped, settings)))
         with suppress(RedisError):
             # Whether keys are needed should be known before the first request.
             await run_in_threadpool(ring.refresh, store.api_keys)
@@ -154,6 +159,7 @@ def _lifespan(
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             store.close()
+            scraped.close()
 
     return lifespan
 

@@ -154,7 +154,7 @@ def connect(
     return Redis.from_url(
         url,
         socket_timeout=timeout or SOCKET_TIMEOUT,
-        socket_connect_timeout=CONNECT_TIMEOUT,
+        socket_connect_timeout=min(CONNECT_TIMEOUT, timeout or CONNECT_TIMEOUT),
         # Bytes. Spectra and meshes are megabytes, and take twice the time with the default 32 KiB.
         socket_read_size=1024**2,
         health_check_interval=30,

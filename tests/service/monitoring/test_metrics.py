@@ -1,6 +1,8 @@
 """Metrics for Prometheus, and readiness."""
 
 import math
+import os
+import signal
 import time
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime, timedelta
@@ -161,6 +163,24 @@ def test_without_the_store_there_is_still_something_to_tell(tmp_path: Path) -> N
     assert told["isomatch_store_up"] == 0
     labels = "{method=GET,route=/v1/jobs/{job_id},status=503}"
     assert told["isomatch_http_request_seconds_count" + labels] == 1
+
+
+def test_a_store_that_does_not_answer_is_told_soon(
+    idle: tuple[httpx2.Client, Api], own_server: EmbeddedServer
+) -> None:
+    http, _ = idle
+    assert samples(http)["isomatch_store_up"] == 1
+    assert own_server.pid is not None
+    os.kill(own_server.pid, signal.SIGSTOP)
+    try:
+        start = time.monotonic()
+        told = samples(http)
+        assert time.monotonic() - start < 10
+    finally:
+        os.kill(own_server.pid, signal.SIGCONT)
+    assert told["isomatch_store_up"] == 0
+    while samples(http)["isomatch_store_up"] == 0:
+        time.sleep(0.05)
 
 
 def heartbeat(api: Api, age: timedelta, **fields: str) -> None:
