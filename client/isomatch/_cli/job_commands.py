@@ -6,7 +6,7 @@ from typing import Annotated, Final, cast
 import typer
 
 from isomatch._cli import render
-from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, connected
+from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, Failures, connected
 from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given
 from isomatch._cli.options import (
     OUTPUT,
@@ -158,11 +158,13 @@ def result(
 def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
     """Cancel queued and running jobs; jobs that have ended stay as they are."""
     with connected(url, as_json) as client:
-        records = []
+        records, failures = [], Failures(as_json)
         for job_id in job_ids:
-            job = job_given(client, job_id).cancel()
-            records.append(job.record.model_dump_json())
-            if not as_json:
-                typer.echo(f"job {job.id} {_AFTER_CANCEL[job.state]}", err=True)
+            with failures.named(job_id):
+                job = job_given(client, job_id).cancel()
+                records.append(job.record.model_dump_json())
+                if not as_json:
+                    typer.echo(f"job {job.id} {_AFTER_CANCEL[job.state]}", err=True)
         if as_json:
             echo_models(records)
+        failures.check()

@@ -7,7 +7,7 @@ from zipfile import ZipFile, is_zipfile
 import typer
 
 from isomatch._cli.examples import LEARN_EXAMPLES
-from isomatch._cli.exit_codes import EXIT_CODES, connected
+from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
 from isomatch._cli.job_runs import echo_models, run
 from isomatch._cli.options import (
     AsJson,
@@ -165,6 +165,9 @@ def delete(
 ) -> None:
     """Delete prototypes; their queued matches will fail."""
     with connected(url) as client:
+        failures = Failures(as_json=False)
         for prototype_id in prototype_ids:
-            client.delete_prototype(prototype_id)
-            standard_error().print(f"prototype {prototype_id} is deleted")
+            with failures.named(prototype_id):
+                client.delete_prototype(prototype_id)
+                standard_error().print(f"prototype {prototype_id} is deleted")
+        failures.check()

@@ -142,9 +142,10 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
 def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:
     left = run("match", *blobs, *ENDLESS, "--no-wait", "--json", url=url)
     job_id = json.loads(left.stdout)["id"]
-    cancelled = run("jobs", "cancel", job_id, "--json", url=url)
+    cancelled = run("jobs", "cancel", "nothing", job_id, "--json", url=url)
+    assert cancelled.returncode == 1
     assert [job["id"] for job in json.loads(cancelled.stdout)] == [job_id]
-    assert cancelled.stderr == ""
+    assert json.loads(cancelled.stderr)["file"] == "nothing"
     with isomatch.Client(url) as client:
         client.job(job_id).wait(timeout=240)
     assert run("jobs", "follow", job_id, url=url).returncode == 4
@@ -153,6 +154,13 @@ def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:
     problem = json.loads(done.stderr)
     assert problem["type"] == "urn:isomatch:client:job-cancelled"
     assert job_id in problem["detail"]
+
+
+def test_prototypes_that_cannot_be_deleted_are_each_named(url: str) -> None:
+    unknown = [f"p-{number:032x}" for number in range(2)]
+    done = run("prototype", "delete", *unknown, url=url)
+    assert done.returncode == 1
+    assert [line.split(": ")[1] for line in done.stderr.splitlines()] == unknown
 
 
 def test_structures_are_listed_and_chosen(url: str, blobs: tuple[Path, Path]) -> None:
