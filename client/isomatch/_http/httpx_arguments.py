@@ -1,6 +1,7 @@
 """Keyword arguments for httpx2, the same for blocking and asynchronous clients."""
 
 import json
+import re
 import sys
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -12,6 +13,8 @@ import numpy as np
 from isomatch._http.operation import Call
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
+
+_SURROGATES: Final = re.compile("[\ud800-\udfff]")
 
 
 class ClientArguments(TypedDict):
@@ -45,9 +48,17 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
         arguments["content"] = _json(call.body)
         arguments["headers"]["content-type"] = "application/json"
     if call.file is not None:
-        arguments["files"] = {"file": (call.file.name, call.file.content)}
-        arguments["data"] = dict(call.form)
+        arguments["files"] = {"file": (_encodable(call.file.name), call.file.content)}
+        arguments["data"] = {field: _encodable(value) for field, value in call.form.items()}
     return arguments
+
+
+def _encodable(name: str) -> str:
+    """Return a name with U+FFFD for each surrogate, which UTF-8 cannot encode.
+
+    Python has one for each byte of a file's name that is not UTF-8.
+    """
+    return _SURROGATES.sub("\N{REPLACEMENT CHARACTER}", name)
 
 
 def _json(body: Mapping[str, object]) -> bytes:

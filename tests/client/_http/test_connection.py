@@ -1,6 +1,7 @@
 """Connections that fail, and answers that are not the service's."""
 
 import json
+import os
 import socket
 import time
 from collections.abc import Callable
@@ -269,6 +270,18 @@ def test_answers_that_the_service_holds_back_are_waited_for(tmp_path: Path) -> N
         job.save_picture(tmp_path / "result.png")
     patience = [request.extensions["timeout"]["read"] for request in service.requests]
     assert patience == [61.0, 1.0, 61.0, 61.0]
+
+
+def test_names_of_files_that_are_not_utf8_are_sent(tmp_path: Path) -> None:
+    service = Broken(0, httpx2.ReadError, SHAPE)
+    path = tmp_path / os.fsdecode(b"caf\xe9.off")
+    path.write_bytes(b"OFF")
+    with client_of(service) as client:
+        client.upload(path)
+        client.upload(b"OFF", os.fsdecode(b"th\xe9"), file_type="off")
+    first, second = (request.read() for request in service.requests)
+    assert "caf\ufffd.off".encode() in first
+    assert "th\ufffd".encode() in second
 
 
 def test_numbers_and_arrays_of_numpy_are_sent_as_json() -> None:
