@@ -158,7 +158,7 @@ class Jobs:
 
         key = self.keys.jobs if state is None else self.keys.jobs_in(state)
         listing = Listing(self.client, key if of is None else self.keys.jobs_of(of), self.keys.job)
-        return listing.page(limit, cursor, self.records, matches)
+        return listing.page(limit, cursor, self.records, matches, f"{state} {kind}")
 
     def active(self) -> Iterator[JobRecord]:
         """Iterate over all jobs that have not ended and can be read."""

@@ -5,6 +5,7 @@ import binascii
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from hashlib import blake2b
 from typing import Final, Generic, TypeVar, cast
 
 from redis import Redis
@@ -19,6 +20,8 @@ SWEEP_COUNT: Final = 500
 
 MOST_SKIPPED: Final = 1000
 """Entries that one page skips, after which it ends."""
+
+_NO_PAGE: Final = "no page of this listing, with these filters, has this cursor"
 
 
 class InvalidCursor(ValueError):
@@ -57,14 +60,18 @@ class Listing:
         cursor: str | None,
         fetch: Callable[[Sequence[str]], Sequence[ItemT | None]],
         matches: Callable[[ItemT], bool] = lambda item: True,
+        filters: str = "",
     ) -> Page[ItemT]:
         """Return the entries after `cursor` that match, at most `limit`, the newest first.
+
+        `filters` says which match; cursors of pages with other filters are refused.
 
         `fetch` returns several records, None for each that has expired or cannot be read. Those are
         skipped; those that have expired are removed from the listing. After `MOST_SKIPPED` skipped
         entries the page ends, with fewer entries or none, and its cursor continues behind them.
         """
-        last = None if cursor is None else _decode(cursor)
+        scope = f"{self.key} {filters}"
+        last = None if cursor is None else _decode(cursor, scope)
         items: list[ItemT] = []
         skipped = 0
         while len(items) < limit and skipped < MOST_SKIPPED:
@@ -83,7 +90,8 @@ class Listing:
                     items.append(item)
                 else:
                     skipped += 1
-        return Page(tuple(items), _encode(last) if last and self._entries(last, 1) else None)
+        more = last if last and self._entries(last, 1) else None
+        return Page(tuple(items), None if more is None else _encode(more, scope))
 
     def sweep(self, cursor: int) -> int:
         """Remove entries whose record has expired from one part of the listing.
@@ -135,17 +143,25 @@ class Listing:
         return entries[:count]
 
 
-def _encode(last: tuple[float, str]) -> str:
-    return base64.urlsafe_b64encode(f"{last[0]!r}:{last[1]}".encode()).decode().rstrip("=")
+def _encode(last: tuple[float, str], scope: str) -> str:
+    place = f"{last[0]!r}:{last[1]}"
+    told = f"{_checksum(place, scope)}:{place}"
+    return base64.urlsafe_b64encode(told.encode()).decode().rstrip("=")
 
 
-def _decode(cursor: str) -> tuple[float, str]:
+def _decode(cursor: str, scope: str) -> tuple[float, str]:
     try:
-        text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
-        score, member = text.split(":", 1)
+        told = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
+        checksum, place = told.split(":", 1)
+        score, member = place.split(":", 1)
         last = (float(score), member)
     except (ValueError, binascii.Error) as error:
-        raise InvalidCursor("no page has this cursor") from error
-    if not math.isfinite(last[0]):
-        raise InvalidCursor("no page has this cursor")
+        raise InvalidCursor(_NO_PAGE) from error
+    if checksum != _checksum(place, scope):
+        raise InvalidCursor(_NO_PAGE)
     return last
+
+
+def _checksum(place: str, scope: str) -> str:
+    """Return what tells a cursor of this listing from others, and from invented ones."""
+    return blake2b(f"{scope}:{place}".encode(), digest_size=8).hexdigest()

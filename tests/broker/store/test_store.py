@@ -1,5 +1,6 @@
 """The store: the states of jobs, listings, shapes and the spectrum cache, in a real Redis."""
 
+import base64
 import gzip
 import itertools
 import time
@@ -271,6 +272,28 @@ def test_a_cursor_stays_valid_while_entries_change(store: Store) -> None:
     store.shapes.delete(first.items[1].id)
     second = store.shapes.page(2, first.next_cursor)
     assert list(second.items) == [records[3], records[2]]
+
+
+def test_a_cursor_of_another_listing_is_refused(store: Store) -> None:
+    for number in range(3):
+        accepted(store, numbered(number, seconds=number))
+        stored(store.jobs)
+    shapes, jobs = store.shapes.page(1, None), store.jobs.page(1, None, JobState.QUEUED)
+    assert store.shapes.page(1, shapes.next_cursor).items
+    assert store.jobs.page(1, jobs.next_cursor, JobState.QUEUED).items
+    with pytest.raises(InvalidCursor, match="this listing"):
+        store.shapes.page(1, jobs.next_cursor)
+    for filters in ((None, None), (JobState.RUNNING, None), (JobState.QUEUED, JobKind.MATCH)):
+        with pytest.raises(InvalidCursor, match="these filters"):
+            store.jobs.page(1, jobs.next_cursor, *filters)
+
+
+def test_an_invented_cursor_is_refused(store: Store) -> None:
+    """Also one of the form that cursors have."""
+    invented = base64.urlsafe_b64encode(b"1e9:zzz").decode().rstrip("=")
+    for cursor in (invented, base64.urlsafe_b64encode(b"00:1e9:zz").decode()):
+        with pytest.raises(InvalidCursor):
+            store.shapes.page(1, cursor)
 
 
 @pytest.mark.parametrize("cursor", ["", "x", "bm9uc2Vuc2U", "bmFuOmE", "é"])
