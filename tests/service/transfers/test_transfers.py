@@ -38,6 +38,7 @@ from tests.solver.mesh.textures.textured_files import (
     zipped,
     zipped_obj,
 )
+from tests.worker.figures import blob_file
 
 Upload = Callable[..., Json]
 
@@ -546,11 +547,9 @@ def test_a_shape_without_attributes_of_its_own(http: httpx2.Client, match: str) 
 def test_matches_that_cannot_be_carried_along(
     http: httpx2.Client, api: Api, pair: tuple[str, str]
 ) -> None:
-    problem(
-        http.post("/v1/transfers", json={"match": "no-such", "what": "colors"}),
-        404,
-        "job-not-found",
-    )
+    answer = http.post("/v1/transfers", json={"match": "no-such", "what": "colors"})
+    refused = problem(answer, 422, "invalid-request")
+    assert refused["errors"] == [{"field": "body.match", "message": "There is no job no-such."}]
     sparse = matched(http, pair, points=12)["id"]
     answer = http.post("/v1/transfers", json={"match": sparse, "what": "colors"})
     refused = problem(answer, 422, "invalid-request")
@@ -569,9 +568,17 @@ def test_matches_that_cannot_be_carried_along(
     )
     assert "job of no match" in refused["errors"][0]["message"]
     api.store.client.delete(DEFAULT_KEYS.job_result(dense))
-    problem(
-        http.post("/v1/transfers", json={"match": dense, "what": "colors"}), 410, "result-expired"
-    )
+    answer = http.post("/v1/transfers", json={"match": dense, "what": "colors"})
+    assert problem(answer, 410, "result-expired")["errors"][0]["field"] == "body.match"
+
+
+def test_a_match_of_a_deleted_shape_is_named(http: httpx2.Client, upload: Upload) -> None:
+    shape = upload(blob_file(2, seed=91))["id"]
+    match = matched(http, (shape, shape), points=8, dense=True)["id"]
+    http.delete(f"/v1/shapes/{shape}")
+    answer = http.post("/v1/transfers", json={"match": match, "what": "colors"})
+    refused = problem(answer, 422, "unknown-shape")
+    assert refused["errors"] == [{"field": "body.match", "message": f"there is no shape {shape}"}]
 
 
 def test_files_are_the_same_by_their_bytes_and_can_be_deleted(
