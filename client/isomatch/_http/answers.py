@@ -72,8 +72,16 @@ def unexpected(response: httpx2.Response, error: ValidationError) -> UnexpectedR
     return UnexpectedResponse(_message(response, f"{where}: {first['msg']}"))
 
 
+def undecodable(error: httpx2.DecodingError) -> UnexpectedResponse:
+    """Return the error of an answer whose bytes are not what its ``Content-Encoding`` says."""
+    return UnexpectedResponse(_of_no_service(error.request, str(error)))
+
+
 def _message(response: httpx2.Response, problem: str) -> str:
-    request = response.request
+    return _of_no_service(response.request, problem)
+
+
+def _of_no_service(request: httpx2.Request, problem: str) -> str:
     return (
         f"{request.method} {request.url} did not answer as the isomatch API, version 1: {problem}"
     )

@@ -7,6 +7,7 @@ from typing import TypeVar
 import anyio
 import httpx2
 
+from isomatch._http.answers import undecodable
 from isomatch._http.blocking_transport import BlockingTransport, advance
 from isomatch._http.httpx_arguments import client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
@@ -109,6 +110,8 @@ class AsyncTransport:
                 await response.aread()
         except httpx2.TransportError as error:
             return error
+        except httpx2.DecodingError as error:
+            raise undecodable(error) from error
         return response
 
 
@@ -117,3 +120,5 @@ async def _line(lines: AsyncIterator[str]) -> str | httpx2.TransportError | None
         return await anext(lines, None)
     except httpx2.TransportError as error:
         return error
+    except httpx2.DecodingError as error:
+        raise undecodable(error) from error

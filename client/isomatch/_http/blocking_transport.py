@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 import httpx2
 
+from isomatch._http.answers import undecodable
 from isomatch._http.httpx_arguments import client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
@@ -112,6 +113,8 @@ class BlockingTransport:
                 response.read()
         except httpx2.TransportError as error:
             return error
+        except httpx2.DecodingError as error:
+            raise undecodable(error) from error
         return response
 
 
@@ -120,3 +123,5 @@ def _line(lines: Iterator[str]) -> str | httpx2.TransportError | None:
         return next(lines, None)
     except httpx2.TransportError as error:
         return error
+    except httpx2.DecodingError as error:
+        raise undecodable(error) from error

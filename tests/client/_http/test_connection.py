@@ -1,10 +1,11 @@
 """Connections that fail, and answers that are not the service's."""
 
+import asyncio
 import json
 import os
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 from pathlib import Path
@@ -372,6 +373,43 @@ def test_answers_of_other_services(response: httpx2.Response, message: str) -> N
         pytest.raises(isomatch.UnexpectedResponse, match=message),
     ):
         client.shape("0" * 32)
+
+
+class NoGzip(httpx2.AsyncByteStream, httpx2.SyncByteStream):
+    """Bytes that are not what their encoding says."""
+
+    def __iter__(self) -> Iterator[bytes]:
+        yield b"no gzip"
+
+    async def __aiter__(self) -> AsyncIterator[bytes]:
+        yield b"no gzip"
+
+
+def broken_encoding(_: httpx2.Request) -> httpx2.Response:
+    return httpx2.Response(200, headers={"content-encoding": "gzip"}, stream=NoGzip())
+
+
+def test_answers_that_cannot_be_decoded() -> None:
+    with client_of(broken_encoding) as client:
+        job = isomatch.Job(client._transport, JobRecord.model_validate(JOB))
+        with pytest.raises(isomatch.UnexpectedResponse, match=r"GET .*isomatch API"):
+            client.shape("1")
+        with pytest.raises(isomatch.UnexpectedResponse, match=r"GET .*isomatch API"):
+            list(job.events())
+
+
+def test_answers_that_cannot_be_decoded_asynchronously() -> None:
+    async def ask() -> None:
+        transport = httpx2.MockTransport(broken_encoding)
+        async with isomatch.AsyncClient("http://service.test", transport=transport) as client:
+            job = isomatch.AsyncJob(client._transport, JobRecord.model_validate(JOB))
+            with pytest.raises(isomatch.UnexpectedResponse):
+                await client.shape("1")
+            with pytest.raises(isomatch.UnexpectedResponse):
+                async for _ in job.events():
+                    pass
+
+    asyncio.run(ask())
 
 
 def test_ids_lead_to_no_other_path() -> None:
