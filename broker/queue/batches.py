@@ -65,6 +65,16 @@ class Batches:
                 return
             self._queue(record, waiting[0])
 
+    def begin(self, batch: str) -> bool:
+        """Start a batch with the first of its matches; False if it has ended, or is cancelled."""
+        jobs = self.store.jobs
+        if jobs.claim(batch, batch):
+            record = jobs.get(batch)
+            # Later matches find the progress of those before.
+            if record is not None and record.progress.stage == JobState.QUEUED.value:
+                self._report(record, self._states(record))
+        return jobs.is_held(batch, batch)
+
     def matches(self, record: JobRecord) -> tuple[BatchMatch, ...]:
         """Return what is known of the matches of a batch, in the order of its targets."""
         assert isinstance(record.payload, BatchPayload)
@@ -125,8 +135,8 @@ class Batches:
         ended = sum(state is not None and state.ended for state in states)
         if ended == count:
             self._finish(record)
-        elif ended:
-            # A batch is its own runner.
+        else:
+            # A batch is its own runner; it reports nothing before it has begun.
             stage = f"{ended} of {count} matches"
             jobs.report(record.id, record.id, Progress(stage=stage, fraction=ended / count))
 

@@ -16,7 +16,7 @@ from broker import tracing
 from broker.blobs import BlobsAway, NotMigrated
 from broker.contracts import JobKind, JobRecord, UploadPayload, subject_of
 from broker.queue import JobQueue
-from broker.store import Jobs, NewerRecord, Store
+from broker.store import NewerRecord, Store
 from broker.telemetry import logger
 from broker.upkeep import evict_deleted, first_loss
 from broker.webhooks import WebhookSettings
@@ -101,7 +101,7 @@ class Runner:
         log.info("begun")
         start = time.perf_counter()
         reporter = Reporter(self.queue.store.jobs, record.id, self.name)
-        if record.batch is not None and not _goes_on(record.batch, self.queue.store.jobs):
+        if record.batch is not None and not self.queue.batches.begin(record.batch):
             self.queue.store.jobs.finish_cancelled(record.id, self.name)
             return
         self._call(JobContext(record, self.name, self.queue, reporter, self.webhooks), start)
@@ -192,9 +192,3 @@ def _traced(record: JobRecord, store: Store) -> Iterator[None]:
         job_id=record.id,
     ):
         yield
-
-
-def _goes_on(batch: str, jobs: Jobs) -> bool:
-    """Return whether a batch has not ended; it begins with the first of its matches."""
-    jobs.claim(batch, batch)
-    return jobs.is_held(batch, batch)

@@ -79,6 +79,17 @@ def test_as_many_matches_are_queued_as_there_are_workers(queue: JobQueue) -> Non
     assert queued(queue) == [f"{batch.id}-1"]
 
 
+def test_a_batch_says_that_it_has_begun(queue: JobQueue) -> None:
+    batch = queue.submit_batch(of("a", ["b", "c"], MatchParameters()))
+    assert queue.batches.begin(batch.id)
+    record = queue.store.jobs.get(batch.id)
+    assert record is not None
+    assert (record.state, record.progress.stage) == (JobState.RUNNING, "0 of 2 matches")
+    assert record.progress.fraction == 0.0
+    queue.cancel(batch.id)
+    assert not queue.batches.begin(batch.id)
+
+
 def test_recovery_goes_on_with_a_batch_that_everybody_left(queue: JobQueue) -> None:
     jobs, client = queue.store.jobs, queue.store.client
     # The process that submitted it died at once, and so did each that ended a match.
