@@ -7,6 +7,7 @@ from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from broker.contracts.results import Confidence
 from broker.contracts.vertices import Vertex
 
 ATTRIBUTE_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb", "seg", "txt")
@@ -133,6 +134,11 @@ class TransferResult(BaseModel):
     points: tuple[SurfacePoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
         " partner; null for other kinds."
+    )
+    confidence: Confidence | None = Field(
+        default=None,
+        description="Confidence of the match that it was carried along; null if it is not known,"
+        " as for point clouds, for the map of an alternative and in documents of earlier versions.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds, "total".')

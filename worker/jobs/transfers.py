@@ -15,6 +15,7 @@ from broker.contracts import (
     AttributesRecord,
     AttributeSummary,
     AttributesValidationPayload,
+    Confidence,
     DenseCorrespondence,
     InverseCorrespondence,
     SurfacePoint,
@@ -112,6 +113,8 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
         raise OptionError("match", "it has no map in both directions; match again with `dense`")
     found = _outcome(payload, dense, dense.inverse, context, control)
     carried, points = found.attributes, found.points
+    # The map of an alternative is not that of the answer, which confidence is of.
+    confidence = match.confidence if dense.hypothesis == 0 else None
     store.results.set_arrays(context.record.id, write_arrays(carried, points))
     return (
         TransferResult(
@@ -126,7 +129,8 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
             rows=len(carried[0].values) if carried else 0,
             attributes=tuple(map(summary_of, carried)),
             points=points,
-            warnings=found.warnings,
+            confidence=confidence,
+            warnings=(*_in_doubt(confidence), *found.warnings),
             timings={"total": time.perf_counter() - start},
         )
         .model_dump_json()
@@ -321,6 +325,13 @@ def _images(
     for place, three, share in zip(np.flatnonzero(mapped), found.corners, shares, strict=True):
         images[place] = SurfacePoint(vertices=tuple(three.tolist()), weights=tuple(share.tolist()))
     return tuple(images)
+
+
+def _in_doubt(confidence: Confidence | None) -> tuple[str, ...]:
+    """Warn of values that may be carried to wrong places."""
+    if confidence is None or not confidence.in_doubt:
+        return ()
+    return ("the match is in doubt: what it carries may lie in wrong places",)
 
 
 def _without_image(points: Sequence[SurfacePoint | None]) -> tuple[str, ...]:

@@ -192,6 +192,7 @@ def print_transfer(transfer: Transfer, console: Console) -> None:
         "from": transfer.source_name or transfer.source,
         "to": transfer.target_name or transfer.target,
         **({} if transfer.points is not None else {transfer.on: str(transfer.rows)}),
+        **({} if transfer.confidence is None else {"answer": _answer(transfer.confidence)}),
     }
     console.print(named_values(rows))
     print_warnings(transfer.warnings, console)

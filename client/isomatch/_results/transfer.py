@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import FiniteFloat
 
-from isomatch._models import AttributeSummary, SurfacePoint
+from isomatch._models import AttributeSummary, Confidence, SurfacePoint
 from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
@@ -40,6 +40,8 @@ class Transfer(Result):
         What was carried.
     points
         Of landmarks, their images on `target`, None where one has no partner; None for other kinds.
+    confidence
+        :class:`Confidence` of the match that it was carried along; None if it is not known.
     warnings
         Remarks of the service on this result.
     timings
@@ -58,6 +60,7 @@ class Transfer(Result):
     rows: int
     attributes: tuple[AttributeSummary, ...]
     points: tuple[SurfacePoint | None, ...] | None
+    confidence: Confidence | None = None
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 

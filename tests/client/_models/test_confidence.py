@@ -5,7 +5,7 @@ from typing import Any
 
 import isomatch
 import pytest
-from isomatch._cli.render import print_match
+from isomatch._cli.render import print_match, print_transfer
 from rich.console import Console
 
 from tests.client._models.test_schema import OPENAPI
@@ -86,3 +86,17 @@ def test_less_energy_of_another_correspondence_is_explained() -> None:
             text = " ".join(text.split())
             said = "of an alternative, but the answer is chosen by registration in space" in text
             assert said is (explained and confidence is not None)
+
+
+def test_a_transfer_says_that_its_match_is_in_doubt() -> None:
+    carried = OPENAPI["paths"]["/v1/jobs/{job_id}/result"]["get"]["responses"]["200"]["content"]
+    example = carried["application/json"]["examples"]["transfer"]["value"]
+    for confidence, words in (
+        (EXAMPLE["confidence"], "likely right, confidence 97 %"),
+        (DOUBT, PHRASE),
+    ):
+        found = isomatch.Transfer.from_json(json.dumps(example | {"confidence": confidence}))
+        console = Console(width=160, no_color=True)
+        with console.capture() as capture:
+            print_transfer(found, console)
+        assert " ".join(["answer", words]) in " ".join(capture.get().split())

@@ -45,6 +45,7 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     with page.expect_download() as saved:
         page.get_by_role("link", name="CSV").click()
     named(page)
+    expect(page.locator("[data-field=confidence] .badge")).to_contain_text("confidence")
     back = page.get_by_role("link", name="Back to the match")
     expect(back).to_have_attribute("href", f"#/jobs/{job}")
     rows = Path(saved.value.path()).read_text().splitlines()

@@ -124,6 +124,21 @@ def test_labels_of_a_table(http: httpx2.Client, match: str, pair: tuple[str, str
     assert [row[1] for row in rows[1:]] == arrays_of(http, job)["part"].tolist()
 
 
+def test_a_transfer_has_the_confidence_of_its_match(
+    http: httpx2.Client, upload: Upload, match: str
+) -> None:
+    cube = shapes.cube(8)
+    symmetric = [upload(file_of(one), "cube.ply")["id"] for one in (cube, shapes.moved(cube, 3))]
+    unsure = matched(http, symmetric, points=12, dense=True)["id"]
+    doubt = "the match is in doubt: what it carries may lie in wrong places"
+    for job, warnings in ((match, []), (unsure, [doubt])):
+        known = http.get(f"/v1/jobs/{job}/result").json()["confidence"]
+        assert (known["probability"] < 0.5) == bool(warnings)
+        moved = carried(http, job, what="landmarks", points=[0])
+        result = http.get(moved["links"]["result"]).json()
+        assert (result["confidence"], result["warnings"]) == (known, warnings)
+
+
 def test_values_that_are_missing_are_no_rows_without_partner(
     http: httpx2.Client, match: str
 ) -> None:
