@@ -4,18 +4,19 @@ import { Problem, get, remove } from "./api.js";
 import { batchProgress, batchView, stoppedBatchView } from "./batch.js";
 import { collectionProgress, collectionView } from "./collection.js";
 import { consistentMapsView } from "./consistent_maps.js";
-import { h, fill, button, warningList } from "./dom.js";
+import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { keepFocus } from "./focus.js";
 import { matchView } from "./match.js";
-import { download, exportsOf } from "./download.js";
+import { download } from "./download.js";
 import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
 import { registrationView } from "./registration.js";
-import { matchLink, stoppedJob } from "./stopped_job.js";
+import { stoppedJob } from "./stopped_job.js";
 import { throttled } from "./throttle.js";
-import { confidenceNote, kindName, percent, several, stateName, time } from "./format.js";
+import { transferView } from "./transfer.js";
+import { kindName, percent, stateName, time } from "./format.js";
 
 const RESULTS = {
   match: matchView, batch: batchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView,
@@ -120,13 +121,4 @@ function sentence(job) {
 function learnedView(place, result, job, signal) {
   return prototypeDetails(place, result.prototype, signal,
     [download(job.links.result, "JSON", `${job.id}.json`), linkButton(job.id)]);
-}
-
-function transferView(place, result, job) {
-  const carried = result.attributes.map(({ name }) => name).join(", ") || several(result.points.length, "point");
-  fill(place, h("h2", {}, "Transferred values"), h("p", {},
-    `${result.what}: ${carried}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
-  confidenceNote(result), warningList(result.warnings),
-  h("p", { class: "actions" }, linkButton(job.id), " ",
-    download(job.links.result, "JSON", `${job.id}.json`), exportsOf(job), " ", matchLink(job)));
 }

@@ -9,7 +9,7 @@ const DEFLATED = 8;
  * Open an NPZ file.
  * @param {ArrayBuffer} buffer
  * @returns {function(string): Promise<Object|null>} the array of a name: `shape`, and `data` in C order;
- *   integers of 64 bits are returned as 32. Null if there is none
+ *   integers of 64 bits are returned as 32, texts as strings. Null if there is none
  */
 export function openNpz(buffer) {
   const entries = entriesOf(new DataView(buffer));
@@ -51,12 +51,21 @@ function readNpy(buffer) {
   const [at, length] = view.getUint8(6) === 1 ? [10, view.getUint16(8, true)] : [12, view.getUint32(8, true)];
   const head = new TextDecoder().decode(new Uint8Array(buffer, at, length));
   const dtype = head.match(/'descr': '([^']*)'/)?.[1];
-  if (!(dtype in KINDS)) throw new Error(`This page does not read arrays of ${dtype ?? "several types"}.`);
+  const isText = dtype?.startsWith("<U");
+  if (!isText && !(dtype in KINDS)) throw new Error(`This page does not read arrays of ${dtype ?? "several types"}.`);
   const shape = [...head.match(/'shape': \(([^)]*)\)/)[1].matchAll(/\d+/g)].map(Number);
+  if (isText) return { shape, data: texts(buffer.slice(at + length), Number(dtype.slice(2)), shape.reduce((product, side) => product * side, 1)) };
   let data = new KINDS[dtype](buffer.slice(at + length));
   // The low halves of 64 bits: numbers of vertices are small.
   if (dtype === "<i8") data = data.filter((_, place) => place % 2 === 0);
   return { shape, data: head.includes("'fortran_order': True") ? inCOrder(data, shape) : data };
+}
+
+// Texts of `width` code points of four bytes each, filled up with zeros.
+function texts(buffer, width, count) {
+  const points = new Uint32Array(buffer);
+  return Array.from({ length: count }, (_, row) =>
+    String.fromCodePoint(...points.subarray(width * row, width * (row + 1)).filter((point) => point > 0)));
 }
 
 // In Fortran order the first index varies fastest.

@@ -44,6 +44,11 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
     with page.expect_download() as saved:
         page.get_by_role("link", name="CSV").click()
+    # The labels are drawn, and named beside the shape.
+    page.locator(".carried[data-drawn]").wait_for()
+    expect(page.locator(".legend li")).to_have_text(["0", "1", "2", "3", "4"])
+    drawn = page.locator(".scene").evaluate("s => new Set(s.data[0].vertexcolor).size")
+    assert drawn > 5
     named(page)
     expect(page.locator("[data-field=confidence] .badge")).to_contain_text("confidence")
     back = page.get_by_role("link", name="Back to the match")
