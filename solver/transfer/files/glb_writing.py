@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from solver.errors import TransferError
+from solver.mesh import vertex_normals
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import color_bytes
 from solver.transfer.files.glb import WHOLE, numbered_joints
@@ -32,7 +33,7 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     ``_NAME``, in single precision; those of text are numbers, and `extras` of the primitive has
     the texts. Vertices of no face have zeros where they have no value. With attributes of faces,
     which glTF has not, each triangle has vertices of its own. A shape that is far from the origin,
-    very large or very small is placed by its node, or by that of its joints.
+    very large or very small is placed by its node, or by that of its joints. Normals are smooth.
 
     Raises
     ------
@@ -42,7 +43,9 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     """
     file = GlbFile()
     for surface in surfaces:
+        normals = _normals(surface)
         if any(one.on == FACES for one in surface.attributes):
+            normals = normals[surface.faces.ravel()]
             surface = surface.with_corners_apart()
         vertices, placed = for_single_precision(surface.vertices)
         surface = replace(surface, vertices=vertices)
@@ -52,6 +55,7 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
             "attributes": {"POSITION": file.accessor(position, VERTEX_DATA, **bounds)},
             "indices": file.accessor(surface.faces.astype("<u4").ravel(), INDICES),
         }
+        primitive["attributes"]["NORMAL"] = file.accessor(normals, VERTEX_DATA)
         node: dict[str, Any] = {"name": surface.name}
         for one in surface.attributes:
             if one.name == WEIGHTS_NAME and one.width:
@@ -60,9 +64,27 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
                 _write_attribute(file, primitive, one, surface)
         if "skin" not in node:  # whose joints would place the mesh alone
             node |= placed
+        if "COLOR_0" not in primitive["attributes"]:
+            # Without one it would be of metal. Of coloured ones some programs, as trimesh, show
+            # the colours of vertices only where there is none.
+            primitive["material"] = _matte(file)
         node["mesh"] = file.append("meshes", {"name": surface.name, "primitives": [primitive]})
         file.tree["scenes"][0]["nodes"].append(file.append("nodes", node))
     return file.to_bytes()
+
+
+def _normals(surface: WrittenSurface) -> npt.NDArray[np.float32]:
+    """(W, 3) unit normals; upwards where triangles cancel out, or where there are none."""
+    normals = vertex_normals(surface.vertices, surface.faces)
+    normals[~normals.any(axis=1)] = [0.0, 0.0, 1.0]
+    return normals.astype("<f4")
+
+
+def _matte(file: GlbFile) -> int:
+    """Return the index of the material that is no metal, the same for all surfaces."""
+    if "materials" not in file.tree:
+        return file.append("materials", {"pbrMetallicRoughness": {"metallicFactor": 0.0}})
+    return 0
 
 
 def _write_attribute(

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.errors import TransferError
-from solver.mesh import read_mesh, triangle_mesh
+from solver.mesh import read_mesh, triangle_mesh, vertex_normals
 from solver.mesh.formats import read_glb_with
 from solver.mesh.textures import Paint
 from solver.transfer import FACES, VERTICES, Attribute
@@ -529,6 +529,30 @@ def test_groups_of_obj_have_different_names() -> None:
         "b": "l_b",
     }
     assert group.values.tolist() == [expected[text] for text in sorted(texts)]
+
+
+@pytest.mark.parametrize("names", [["height", "weights"], ["colors"]])
+def test_glb_has_smooth_normals_and_is_no_metal(names: list[str]) -> None:
+    """Surfaces with colours have no material, where trimesh would not show them."""
+    given_table = table(3)
+    data = write_attributes([], "glb", surface_with(*(given_table[name] for name in names)))
+    tree = read_glb_with(data, lambda file: file.tree)
+    (primitive,) = tree["meshes"][0]["primitives"]
+    normals = read_glb_with(data, lambda file: file.normalised(primitive["attributes"]["NORMAL"]))
+    np.testing.assert_allclose(normals, vertex_normals(MESH.vertices, MESH.faces), atol=1e-6)
+    if "colors" in names:
+        assert "materials" not in tree
+    else:
+        shown = tree["materials"][primitive["material"]]
+        assert shown["pbrMetallicRoughness"]["metallicFactor"] == 0.0
+
+
+def test_normals_of_triangles_apart_are_smooth() -> None:
+    data = write_attributes([], "glb", surface_with(of_faces(4)["segment"]))
+    (primitive,) = read_glb_with(data, lambda file: file.tree)["meshes"][0]["primitives"]
+    normals = read_glb_with(data, lambda file: file.normalised(primitive["attributes"]["NORMAL"]))
+    smooth = vertex_normals(MESH.vertices, MESH.faces)[MESH.faces]
+    np.testing.assert_allclose(normals.reshape(-1, 3, 3), smooth, atol=1e-6)
 
 
 def test_glb_has_vertices_of_its_own_for_each_triangle() -> None:
