@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Iterable, Sequence
+from pathlib import PurePath
 
 import numpy as np
 
@@ -101,7 +102,7 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     if file_type == "csv":
         return write_csv(named)
     mesh = stored_mesh(result.target, store.shapes)
-    surface = WrittenSurface.of(mesh, named, result.target_name or "target")
+    surface = WrittenSurface.of(mesh, named, _stem(result))
     return write_surface(surface, file_type)
 
 
@@ -113,7 +114,7 @@ def _textured(result: TransferResult, file_type: str, store: Store) -> bytes:
         raise ResultGone("the result of the match has expired; match again")
     forwards = result.direction == "source_to_target"
     back = solver_map(dense, dense.inverse, forwards=not forwards)
-    mesh, name = stored_mesh(result.target, store.shapes), result.target_name or "target"
+    mesh, name = stored_mesh(result.target, store.shapes), _stem(result)
     if result.what == TEXTURE:
         paint = baked_texture(mesh, back, *texture_of(result.source, store.shapes))
     else:
@@ -124,6 +125,11 @@ def _textured(result: TransferResult, file_type: str, store: Store) -> bytes:
     if file_type == "zip":
         return write_obj_archive(surface, paint)
     return write_textured_obj(surface, paint)
+
+
+def _stem(result: TransferResult) -> str:
+    """Return the name of the target without the ending of its file."""
+    return PurePath(result.target_name or "").stem or "target"
 
 
 def _beside(source: WrittenSurface, target: WrittenSurface) -> WrittenSurface:

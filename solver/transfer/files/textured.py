@@ -1,6 +1,7 @@
 """Surfaces with texture coordinates: GLB, or OBJ in a zip, with the images, and OBJ without."""
 
 import io
+import re
 import zipfile
 from typing import Any, Final
 
@@ -101,6 +102,8 @@ def write_textured_obj(surface: WrittenSurface, paint: Paint, library: str = "")
 def write_obj_archive(surface: WrittenSurface, paint: Paint) -> bytes:
     """Return a surface as a zip of an OBJ file, its material file, and the images as PNG.
 
+    The files are named after the surface.
+
     Parameters
     ----------
     surface, paint
@@ -114,6 +117,8 @@ def write_obj_archive(surface: WrittenSurface, paint: Paint) -> bytes:
         The images would be too large.
     """
     paint = baked_for_obj(paint)
+    # Names of shapes are free text: nothing of a path, and no space, which ends a name in OBJ.
+    stem = re.sub(r"[^\w-]+", "_", surface.name).strip("_") or "surface"
     stream = io.BytesIO()
     bare = paint.texture_of_face < 0
     plain = paint.colors[bare].mean(axis=0) if bare.any() else np.ones(3)
@@ -127,8 +132,8 @@ def write_obj_archive(surface: WrittenSurface, paint: Paint) -> bytes:
                 clamp = "-clamp on " if texture.wrap[0] is Wrap.CLAMP else ""
                 materials[-1] += f"\nmap_Kd {clamp}{name}"
                 archive.writestr(name, _png(texture))
-        archive.writestr("surface.mtl", "\n\n".join(materials) + "\n")
-        archive.writestr("surface.obj", write_textured_obj(surface, paint, "surface.mtl"))
+        archive.writestr(f"{stem}.mtl", "\n\n".join(materials) + "\n")
+        archive.writestr(f"{stem}.obj", write_textured_obj(surface, paint, f"{stem}.mtl"))
     return stream.getvalue()
 
 

@@ -325,8 +325,8 @@ def test_texture_coordinates_with_and_without_the_image(
                 assert np.abs(apart).mean() < 0.02
         with zipfile.ZipFile(io.BytesIO(packed.content)) as parts:
             images = ["texture0.png"] if name != "bare.obj" else []
-            assert sorted(parts.namelist()) == ["surface.mtl", "surface.obj", *images]
-            assert len(read_mesh(parts.read("surface.obj"), "obj").faces) == OTHER.n_faces
+            assert sorted(parts.namelist()) == ["other.mtl", "other.obj", *images]
+            assert len(read_mesh(parts.read("other.obj"), "obj").faces) == OTHER.n_faces
     failed = carried(http, match, what="uv", direction="target_to_source")
     assert failed["error"]["errors"][0]["field"] == "body.what"
 
