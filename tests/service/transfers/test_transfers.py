@@ -129,7 +129,7 @@ def test_a_transfer_has_the_confidence_of_its_match(
 ) -> None:
     cube = shapes.cube(8)
     symmetric = [upload(file_of(one), "cube.ply")["id"] for one in (cube, shapes.moved(cube, 3))]
-    unsure = matched(http, symmetric, points=12, dense=True)["id"]
+    unsure = matched(http, (symmetric[0], symmetric[1]), points=12, dense=True)["id"]
     doubt = "the match is in doubt: what it carries may lie in wrong places"
     for job, warnings in ((match, []), (unsure, [doubt])):
         known = http.get(f"/v1/jobs/{job}/result").json()["confidence"]
