@@ -1,32 +1,48 @@
-"""Normals of a point cloud: fitted planes, with consistent signs.
+"""Normals of a point cloud: fitted planes, whose signs are those of what is seen from outside.
 
 Planes by principal components of neighbourhoods, as Hoppe, DeRose, Duchamp, McDonald and Stuetzle,
 "Surface reconstruction from unorganized points", SIGGRAPH 1992, fit them. They carry signs from
 point to point along a minimum spanning tree; but in thin parts, such as hands, planes mix both
-sides, and all beyond comes out inside out. Here signs are carried from triangle to triangle, of
-those that lie on one side, as all of their corners agree on them.
+sides, and all beyond comes out inside out. Here each point is looked at from many directions: it is
+outside where it is seen. An open sheet is seen from both sides; where the two disagree, signs are
+those that are carried from point to point.
 """
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
-from scipy.spatial import KDTree
+from scipy.sparse.linalg import splu
 
-from solver.arrays import FloatArray, IntArray
-from solver.mesh.normals import face_normals, vertex_normals
-from solver.mesh.repair import components_of, edges_of, same_direction
+from solver.arrays import BoolArray, FloatArray, IntArray
 
-_LINKS = 4
-"""Nearest points over which signs are carried where triangles are not connected."""
+_DIRECTIONS = 100
+"""Directions from which points are looked at."""
 
-_LEAST = 1e-6
-"""Least difference of triangles: weights of 0 would be no edges."""
+_PIXEL = 2.0
+"""Width of what hides what is behind it, in mean distances to near points: such pixels have a point
+each, nearly all of them. Points as far behind the first one of their pixel are seen, too, as they
+may be on the same sloping surface."""
 
-_GAP = 2.0
-"""Weight of a link, more than of any edge of two triangles."""
+_SURE = 0.1
+"""Mean over all directions of the cosine to those from which a point is seen, from which on its
+sign is sure; 0.25 where it is seen from everywhere outside."""
 
 
-def fitted_planes(points: FloatArray, neighbours: IntArray) -> tuple[FloatArray, FloatArray]:
+_LINKS = 8
+"""Nearest points that signs are carried to."""
+
+_POWER = 4
+"""Power of the cosine between normals that signs are carried by."""
+
+_FIDELITY = 1e-6
+"""Weight of where a point is seen from, over that of a neighbour whose normal is the same: so small
+that one sign is carried over the whole of a surface."""
+
+_LEAST = 1e-300
+
+
+def fitted_planes(
+    points: FloatArray, neighbours: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Planes of least squared distance to the points' neighbourhoods.
 
     Parameters
@@ -40,102 +56,87 @@ def fitted_planes(points: FloatArray, neighbours: IntArray) -> tuple[FloatArray,
     -------
     centres : (V, 3) means of the neighbourhoods, the points included.
     normals : (V, 3) unit normals, of any sign.
+    thickness : (V,) variance across the plane, over the lesser one along it; 0 where all are 0.
     """
     around = np.concatenate([points[:, None], points[neighbours]], axis=1)
     centres = around.mean(axis=1)
     around -= centres[:, None]
     moments = np.einsum("vki,vkj->vij", around, around)
-    return centres, np.linalg.eigh(moments)[1][:, :, 0]
+    variances, axes = np.linalg.eigh(moments)
+    thickness = np.abs(variances[:, 0]) / np.maximum(variances[:, 1], _LEAST)
+    return centres, axes[:, :, 0], thickness
 
 
-def with_consistent_signs(
-    points: FloatArray, normals: FloatArray, triangles: IntArray, neighbours: IntArray
+def outward_normals(
+    points: FloatArray, normals: FloatArray, neighbours: IntArray, spacing: float
 ) -> FloatArray:
-    """Give normals consistent signs, outwards at the top of each connected part.
+    """Give normals consistent signs, outwards, and lengths for how sure these are.
 
     Parameters
     ----------
     points, normals
-        (V, 3) each.
-    triangles
-        (T, 3), of any winding.
+        (V, 3) each; unit normals.
     neighbours
-        (V, k) of each point, the nearest first.
+        (V, k) nearest points of each, the nearest first.
+    spacing
+        Mean distance to near points.
 
     Returns
     -------
-    (V, 3) float64.
+    (V, 3) float64, of lengths from 0 to 1.
     """
-    if not len(triangles):
-        return normals
-    pairs, turned, weights = _joined(points, triangles, neighbours)
-    signs, part = _carried(pairs, turned, weights, len(triangles))
-    wound = np.where(signs[:, None] < 0.0, triangles[:, ::-1], triangles)
-    side = vertex_normals(points, wound)
-    # The sign of a part is that at its highest point.
-    corners, of_corner = wound.ravel(), np.repeat(part, 3)
-    order = np.argsort(-points[corners, 2], kind="stable")
-    top = order[np.unique(of_corner[order], return_index=True)[1]]
-    outwards = np.where(side[corners[top], 2] < 0.0, -1.0, 1.0)
-    part_of_point = np.zeros(len(points), dtype=np.int64)
-    part_of_point[corners] = of_corner
-    side *= outwards[part_of_point][:, None]
-    known = np.flatnonzero(np.linalg.norm(side, axis=1) > 0.0)
-    nearest = known[KDTree(points[known]).query(points)[1]]
-    agree = np.einsum("ij,ij->i", normals, side[nearest])
-    return normals * np.where(agree < 0.0, -1.0, 1.0)[:, None]
+    seen = _seen_from(points, normals, spacing)
+    alike = np.where(_carried(seen, normals, neighbours[:, :_LINKS]) < 0.0, -1.0, 1.0)
+    closed = max(float(seen @ alike) / max(float(np.abs(seen).sum()), _LEAST), 0.0)
+    found: FloatArray = normals * (closed * seen + (1.0 - closed) * alike)[:, None]
+    return found
 
 
-def _joined(
-    points: FloatArray, triangles: IntArray, neighbours: IntArray
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Pairs of triangles over which signs are carried.
-
-    Returns
-    -------
-    pairs : (P, 2), each once, in lexicographic order.
-    turned : (P,) -1 where the sign changes, else 1.
-    weights : (P,) the less, the surer.
-    """
-    unit = face_normals(points, triangles)
-    unit /= np.maximum(np.linalg.norm(unit, axis=1, keepdims=True), 1e-300)
-    sides, same = same_direction(triangles, edges_of(triangles))
-    turned = np.where(same, -1.0, 1.0)
-    weights = 1.0 - turned * np.einsum("ij,ij->i", unit[sides[:, 0]], unit[sides[:, 1]])
-    at = np.full(len(points), -1)
-    at[triangles.ravel()] = np.repeat(np.arange(len(triangles)), 3)
-    near = neighbours[:, :_LINKS]
-    links = np.stack([np.repeat(at, near.shape[1]), at[near.ravel()]], axis=1)
-    links = links[(links >= 0).all(axis=1) & (links[:, 0] != links[:, 1])]
-    alike = np.einsum("ij,ij->i", unit[links[:, 0]], unit[links[:, 1]])
-    pairs = np.sort(np.concatenate([sides, links]), axis=1)
-    turned = np.concatenate([turned, np.where(alike < 0.0, -1.0, 1.0)])
-    weights = np.concatenate([weights, _GAP + 1.0 - np.abs(alike)]) + _LEAST
-    # Of several joints of two triangles the first, an edge if there is one.
-    pairs, first = np.unique(pairs, axis=0, return_index=True)
-    return pairs, turned[first], weights[first]
+def _carried(seen: FloatArray, normals: FloatArray, neighbours: IntArray) -> FloatArray:
+    """(V,) signs, carried from point to point where normals are alike up to their sign."""
+    count = len(normals)
+    rows, columns = np.repeat(np.arange(count), neighbours.shape[1]), neighbours.ravel()
+    cosine = np.einsum("ij,ij->i", normals[rows], normals[columns])
+    links = sp.csr_array((np.sign(cosine) * cosine**_POWER, (rows, columns)), shape=(count, count))
+    links = links + links.T
+    total = np.asarray(abs(links).sum(axis=1)).ravel() + _FIDELITY
+    matrix = sp.csc_array(sp.diags_array(total) - links)
+    factor = splu(
+        matrix,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return np.asarray(factor.solve(_FIDELITY * seen))
 
 
-def _carried(
-    pairs: IntArray, turned: FloatArray, weights: FloatArray, count: int
-) -> tuple[FloatArray, IntArray]:
-    """(T,) signs, carried along a minimum spanning tree of each part, and (T,) parts."""
-    part = components_of(pairs, count)
-    # One more node joins the parts, so that one tree holds all.
-    begins = np.unique(part, return_index=True)[1]
-    rows = np.concatenate([pairs[:, 0], begins])
-    columns = np.concatenate([pairs[:, 1], np.full(len(begins), count)])
-    values = np.concatenate([weights, np.ones(len(begins))])
-    graph = sp.csr_array((values, (rows, columns)), shape=(count + 1, count + 1))
-    tree = minimum_spanning_tree(graph)
-    parents = breadth_first_order(tree, count, directed=False)[1].astype(np.int64)
-    parents[count] = count
-    node = np.flatnonzero(parents[:count] < count)
-    keys = pairs[:, 0] * count + pairs[:, 1]
-    pair = np.sort(np.stack([node, parents[node]], axis=1), axis=1)
-    signs = np.ones(count + 1)
-    signs[node] = turned[np.searchsorted(keys, pair[:, 0] * count + pair[:, 1])]
-    while (parents != count).any():
-        # Of the path to the ancestor known so far, and from there on.
-        signs, parents = signs * signs[parents], parents[parents]
-    return signs[:count], part
+def _seen_from(points: FloatArray, normals: FloatArray, spacing: float) -> FloatArray:
+    """(V,) whether points are seen from the side of their normals, 1, or the other, -1, or both."""
+    total = np.zeros(len(points))
+    for direction in _on_sphere(_DIRECTIONS):
+        seen = _seen(points, direction, _PIXEL * spacing)
+        total[seen] += normals[seen] @ direction
+    found: FloatArray = np.clip(total / (_SURE * _DIRECTIONS), -1.0, 1.0)
+    return found
+
+
+def _on_sphere(count: int) -> FloatArray:
+    """(n, 3) directions, spread evenly along a spiral."""
+    number = np.arange(count) + 0.5
+    height = 1.0 - 2.0 * number / count
+    angle = np.pi * (1.0 + np.sqrt(5.0)) * number
+    radius = np.sqrt(1.0 - height**2)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
+
+
+def _seen(points: FloatArray, direction: FloatArray, width: float) -> BoolArray:
+    """(V,) which points are seen from far away in a direction, in pixels of a width."""
+    across = np.linalg.svd(direction[None])[2][1:]
+    rows, columns = ((points @ one) / width for one in across)
+    place = np.stack([rows - rows.min(), columns - columns.min()]).astype(np.int64)
+    pixel = place[0] * (place[1].max() + 1) + place[1]
+    towards = points @ direction
+    first = np.full(pixel.max() + 1, -np.inf)
+    np.maximum.at(first, pixel, towards)
+    seen: BoolArray = towards > first[pixel] - width
+    return seen

@@ -3,8 +3,8 @@
 1. Points without finite coordinates and outliers are left out, points in the same place merged.
 2. Noise is removed for what follows: each point is projected onto the plane of its neighbourhood.
    The vertices of the surface stay where the points are.
-3. Every point proposes triangles: those of the Delaunay triangulation of its neighbours in its
-   tangent plane. Triangles that three corners agree on come first, others fill what is open.
+3. Normals are those of fitted planes, on the side from which a point is seen, unless given.
+4. The surface is what lies between the Delaunay tetrahedra inside and those outside.
 """
 
 from dataclasses import replace
@@ -14,9 +14,8 @@ from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
-from solver.mesh.point_cloud.assembly import assembled, votes_for
-from solver.mesh.point_cloud.normals import fitted_planes, with_consistent_signs
-from solver.mesh.point_cloud.voronoi import local_triangles
+from solver.mesh.point_cloud.normals import fitted_planes, outward_normals
+from solver.mesh.point_cloud.tetrahedra import boundary_of_inside
 from solver.mesh.repair import (
     TriangleSoup,
     check_coordinates,
@@ -28,11 +27,7 @@ _FEWEST = 20
 """Points of the smallest cloud."""
 
 _MOST = 250_000
-"""Points of the largest cloud: a surface takes 60 µs and 4 kB for each."""
-
-_REACH = 40
-"""Neighbours that a point sees. Of uniformly random points they reach 3.6 mean distances √(area /
-points) far, and circumcircles up to half of that are seen: one in 20,000 is larger."""
+"""Points of the largest cloud: a surface takes 70 µs and 6 kB for each."""
 
 _PLANE = 20
 """Neighbours that planes are fitted to."""
@@ -53,16 +48,16 @@ _STRAY = 0.05
 """Most of the points that are left out for that: more may be a surface that is sampled unevenly."""
 
 _JITTER = 0.01
-"""Displacement, in distances to the nearest point, before points are triangulated: four points of a
-regular grid are on a circle, and have to agree on a diagonal."""
+"""Displacement, in distances to the nearest point, before points are triangulated: those in a plane
+have no tetrahedra."""
 
 _STRAIGHT = 1e-6
 """Extent across a line, in that along it, up to which points lie on the line."""
 
-_AGREED = 0.5
-"""Least share of the triangles on which three corners agree: 0.95 for 10,000 random points on a
-body, 0.8 with noise of 0.7 mean distances √(area / points), 0.7 for 300 points; 0.45 with noise of
-1.5 mean distances, 0.3 to 0.37 for points that fill a volume."""
+_THICKEST = 0.5
+"""Median over the points of how thick neighbourhoods are, over how wide, as variances: 0.003 for
+3,000 random points on a sphere, 0.11 with noise of 0.7 mean distances √(area / points), 0.35 with
+1.5; 0.4 for 300 points on a body; 0.56 to 0.64 for points that fill a volume."""
 
 
 def surface_of_points(cloud: TriangleSoup) -> TriangleSoup:
@@ -71,7 +66,7 @@ def surface_of_points(cloud: TriangleSoup) -> TriangleSoup:
     Parameters
     ----------
     cloud
-        Points without faces; their normals are used if all have one.
+        Points without faces; their normals are used, if they have any.
 
     Returns
     -------
@@ -103,31 +98,40 @@ def surface_of_points(cloud: TriangleSoup) -> TriangleSoup:
     if across <= _STRAIGHT * along:
         raise MeshError("all points lie on a line; check which columns are x, y and z")
     given = None if cloud.normals is None else _unit(cloud.normals[kept])
-    faces, votes = _triangulated(places, given)
-    agreed = float((votes == 3).mean()) if len(votes) else 0.0
-    if agreed < _AGREED:
+    near = _neighbours(places)
+    centres, normals, thickness = fitted_planes(places, near)
+    if np.median(thickness) > _THICKEST:
         raise MeshError(
-            f"the {len(kept)} points are too sparse or too noisy to give a surface: neighbouring"
-            f" points agree on {100.0 * agreed:.0f} % of its triangles only; sample the surface"
-            " more densely, smooth the points, or upload a mesh"
+            f"the {len(kept)} points are too sparse or too noisy to give a surface: of"
+            f" {near.shape[1]} neighbours, the variance across their plane is"
+            f" {100.0 * np.median(thickness):.0f} % of that along it; sample the surface more"
+            " densely, smooth the points, or upload a mesh"
         )
+    faces = _triangulated(places, centres, normals, given)
+    used, off = _on_and_off(faces, len(places))
     into = groups_of_equal_rows((cloud.vertices + 0.0).T)
-    into = np.where(np.isfinite(cloud.vertices).all(axis=1), into, np.arange(len(into)))
-    merged = replace(cloud, faces=kept[faces], face_ids=None, normals=None).with_vertices_merged(
-        into
+    unreadable = ~np.isfinite(cloud.vertices).all(axis=1)
+    into = np.where(unreadable, np.arange(len(into)), into)
+    repeated = int((into != np.arange(len(into))).sum())
+    into[kept[off]] = kept[used[KDTree(places[used]).query(places[off])[1]]]
+    merged = replace(cloud, faces=kept[faces], face_ids=None, normals=None)
+    counts = (
+        (int(unreadable.sum()), "left out {} without finite coordinates", "point"),
+        (repeated, "merged {} in the same place as others", "point"),
+        (int(alone.sum()), "left out {}, far from all other points", "outlier"),
+        (len(off), "merged {} off the surface with the nearest on it", "point"),
     )
-    notes = [f"a surface of {counted(len(faces), 'triangle')} was made of the points"]
-    unreadable = int((~np.isfinite(cloud.vertices).all(axis=1)).sum())
-    if unreadable:
-        notes.append(f"left out {counted(unreadable, 'point')} without finite coordinates")
-    if len(merged.merged):
-        notes.append(f"merged {counted(len(merged.merged), 'point')} in the same place as others")
-    if alone.any():
-        notes.append(f"left out {counted(int(alone.sum()), 'outlier')}, far from all other points")
-    unused = len(places) - len(np.unique(faces))
-    if unused:
-        notes.append(f"left out {counted(unused, 'point')} that no triangle uses")
-    return merged.noting(*notes)
+    return merged.with_vertices_merged(into[into]).noting(
+        f"a surface of {counted(len(faces), 'triangle')} was made of the points",
+        *(text.format(counted(count, name)) for count, text, name in counts if count),
+    )
+
+
+def _on_and_off(faces: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Points that faces use, and those that none does."""
+    used = np.zeros(count, dtype=np.bool_)
+    used[faces] = True
+    return np.flatnonzero(used), np.flatnonzero(~used)
 
 
 def _usable(cloud: TriangleSoup) -> IntArray:
@@ -139,44 +143,51 @@ def _usable(cloud: TriangleSoup) -> IntArray:
 
 
 def _unit(normals: FloatArray) -> FloatArray | None:
+    """(V, 3) unit normals, 0 where there is none; ``None`` if there are none at all."""
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    if not np.isfinite(lengths).all() or lengths.min(initial=np.inf) < 1e-6:
+    known = np.isfinite(lengths) & (lengths > 0.0)
+    if not known.any():
         return None
-    unit: FloatArray = normals / lengths
+    unit: FloatArray = np.where(known, normals, 0.0) / np.where(known, lengths, 1.0)
     return unit
 
 
 def _outliers(points: FloatArray) -> BoolArray:
-    distances, near = KDTree(points).query(points, _NEAR + 1)
-    mean = np.asarray(distances)[:, 1:].mean(axis=1)
-    alone: BoolArray = mean > _LONELY * np.median(mean[np.asarray(near)[:, 1:]], axis=1)
+    mean, near = _distances(points, _NEAR)
+    alone: BoolArray = mean > _LONELY * np.median(mean[near], axis=1)
     # Stray points are near others of their kind, too.
     stray: BoolArray = mean > _SPARSE * np.median(mean)
     return alone | stray if stray.mean() <= _STRAY else alone
 
 
-def _triangulated(points: FloatArray, given: FloatArray | None) -> tuple[IntArray, IntArray]:
-    """(F, 3) faces and (F,) votes, with the normals that are given, or fitted ones."""
-    near = _neighbours(points)
-    centres, normals = fitted_planes(points, near[:, :_PLANE])
+def _triangulated(
+    points: FloatArray, centres: FloatArray, normals: FloatArray, given: FloatArray | None
+) -> IntArray:
+    """(F, 3) faces of points near fitted planes, with the normals that are given, or of planes."""
     if given is not None:
-        normals = given
+        normals = np.where(given.any(axis=1, keepdims=True), given, normals)
     offsets = np.einsum("ij,ij->i", points - centres, normals)
     smooth = points - offsets[:, None] * normals
-    spacing = np.linalg.norm(smooth[near[:, 0]] - smooth, axis=1, keepdims=True)
-    smooth += _JITTER * spacing * np.random.default_rng(0).standard_normal(smooth.shape)
-    near = _neighbours(smooth)
+    nearest, _ = _distances(smooth, 1)
+    random = np.random.default_rng(0).standard_normal(smooth.shape)
+    smooth += _JITTER * nearest[:, None] * random
+    density, _ = _distances(smooth, _NEAR)
     if given is None:
-        normals = fitted_planes(smooth, near[:, :_PLANE])[1]
-    triangles, votes = votes_for(local_triangles(smooth, near, normals))
-    if given is None:
-        normals = with_consistent_signs(smooth, normals, triangles[votes == 3], near)
-    return assembled(smooth, normals, triangles, votes)
+        near = _neighbours(smooth)
+        _, planes, _ = fitted_planes(smooth, near)
+        given = outward_normals(smooth, planes, near, float(np.median(density)))
+    return boundary_of_inside(smooth, given, density)
+
+
+def _distances(points: FloatArray, count: int) -> tuple[FloatArray, IntArray]:
+    """(V,) mean distances of points to the nearest ones, and (V, k) these."""
+    distances, near = KDTree(points).query(points, count + 1)
+    return np.asarray(distances)[:, 1:].mean(axis=1), np.asarray(near)[:, 1:]
 
 
 def _neighbours(points: FloatArray) -> IntArray:
     """(V, k) nearest points of each, the nearest first, without itself."""
-    count = min(_REACH, len(points) - 1)
+    count = min(_PLANE, len(points) - 1)
     near = np.asarray(KDTree(points).query(points, count + 1)[1], dtype=np.int64)
     # Points may coincide after smoothing, so that a point is not the first nearest to itself.
     others = near != np.arange(len(points))[:, None]

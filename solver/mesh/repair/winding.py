@@ -51,7 +51,8 @@ def with_consistent_winding(soup: TriangleSoup) -> TriangleSoup:
         notes.append("flipped all faces of the surface: it was inside out")
     if one_sided.any():
         notes.append("the surface is not orientable, like a Möbius strip: no face was flipped")
-    return soup.noting(*notes)
+    # The winding of a surface made of points is none of the user's.
+    return soup if soup.is_cloud else soup.noting(*notes)
 
 
 def _two_colouring(
