@@ -120,7 +120,7 @@ def test_files_that_are_refused(client: isomatch.Client, job_id: str) -> None:
                         what="scalars")  # fmt: skip
     with pytest.raises(TypeError, match="attributes are a path"):
         client.upload_attributes(7)  # type: ignore[arg-type]
-    with pytest.raises(isomatch.NotFound):
+    with pytest.raises(isomatch.InvalidRequest, match="match: There is no job no-such-job"):
         client.transfer("no-such-job", what="colors")
     with pytest.raises(TypeError, match="give the job itself, or its id"):
         client.transfer(client.job(job_id).result(), what="colors")

@@ -22,7 +22,8 @@ def test_a_cloud_is_matched_with_its_mesh(http: httpx2.Client, upload: Upload) -
     cloud = upload(f"x,y,z\n{lines}\n".encode(), "points.csv")
     body = shapes.blob(3)
     mesh = upload(file_of(body), "body.ply")
-    assert (cloud["kind"], cloud["file_type"], cloud["vertices"]) == ("points", "csv", 1200)
+    assert (cloud["kind"], cloud["file_type"]) == ("points", "csv")
+    assert 1195 <= cloud["vertices"] <= cloud["file_vertices"] == 1200
     assert mesh["kind"] == "mesh"
     assert "was made of the points" in cloud["warnings"][0]
     job = matched(http, (cloud["id"], mesh["id"]), dense=True, points=12, eigenpairs=60)

@@ -61,11 +61,11 @@ def test_tints_are_those_of_glb(wrap: tuple[Wrap, Wrap]) -> None:
 
 def test_an_image_without_tint_is_written_as_it_is() -> None:
     with zipfile.ZipFile(io.BytesIO(archive(paint_of((Wrap.CLAMP, Wrap.CLAMP))))) as packed:
-        assert packed.namelist() == ["texture0.png", "surface.mtl", "surface.obj"]
-        assert b"map_Kd -clamp on texture0.png" in packed.read("surface.mtl")
+        assert packed.namelist() == ["texture0.png", "t.mtl", "t.obj"]
+        assert b"map_Kd -clamp on texture0.png" in packed.read("t.mtl")
     with zipfile.ZipFile(io.BytesIO(archive(paint_of((Wrap.REPEAT, Wrap.REPEAT), True)))) as packed:
         names = [f"texture{number}.png" for number in range(3)]
-        assert packed.namelist() == [*names, "surface.mtl", "surface.obj"]
+        assert packed.namelist() == [*names, "t.mtl", "t.obj"]
 
 
 @pytest.mark.parametrize("limit", ["MOST_PIXELS", "MOST_IMAGES"])
