@@ -22,10 +22,12 @@ _PIXEL = 2.0
 each, nearly all of them. Points as far behind the first one of their pixel are seen, too, as they
 may be on the same sloping surface."""
 
+_MOST_PIXELS = 64
+"""Pixels for each point at most; evenly sampled bodies take about one."""
+
 _SURE = 0.1
 """Mean over all directions of the cosine to those from which a point is seen, from which on its
 sign is sure; 0.25 where it is seen from everywhere outside."""
-
 
 _LINKS = 8
 """Nearest points that signs are carried to."""
@@ -131,10 +133,14 @@ def _on_sphere(count: int) -> FloatArray:
 
 def _seen(points: FloatArray, direction: FloatArray, width: float) -> BoolArray:
     """(V,) which points are seen from far away in a direction, in pixels of a width."""
-    across = np.linalg.svd(direction[None])[2][1:]
-    rows, columns = ((points @ one) / width for one in across)
-    place = np.stack([rows - rows.min(), columns - columns.min()]).astype(np.int64)
-    pixel = place[0] * (place[1].max() + 1) + place[1]
+    rows, columns = (points @ one for one in np.linalg.svd(direction[None])[2][1:])
+    rows, columns = rows - rows.min(), columns - columns.min()
+    # Where few points are far from all others, pixels are larger, so that they are not too many.
+    high, wide, most = float(rows.max()), float(columns.max()), _MOST_PIXELS * len(points)
+    width = max(width, high / most, wide / most, float(np.sqrt(high * wide / most)))
+    place = np.stack([rows, columns]) / width
+    row, column = place.astype(np.int64)
+    pixel = row * (column.max() + 1) + column
     towards = points @ direction
     first = np.full(pixel.max() + 1, -np.inf)
     np.maximum.at(first, pixel, towards)

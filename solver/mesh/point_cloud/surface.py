@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.point_cloud.normals import fitted_planes, outward_normals
-from solver.mesh.point_cloud.tetrahedra import boundary_of_inside
+from solver.mesh.point_cloud.tetrahedra import NO_SURFACE, boundary_of_inside
 from solver.mesh.repair import (
     TriangleSoup,
     check_coordinates,
@@ -27,7 +27,7 @@ _FEWEST = 20
 """Points of the smallest cloud."""
 
 _MOST = 250_000
-"""Points of the largest cloud: a surface takes 70 µs and 6 kB for each."""
+"""Points of the largest cloud: a surface takes 70 to 100 µs and 6 kB for each."""
 
 _PLANE = 20
 """Neighbours that planes are fitted to."""
@@ -108,6 +108,8 @@ def surface_of_points(cloud: TriangleSoup) -> TriangleSoup:
             " densely, smooth the points, or upload a mesh"
         )
     faces = _triangulated(places, centres, normals, given)
+    if not len(faces):
+        raise MeshError(NO_SURFACE)
     used, off = _on_and_off(faces, len(places))
     into = groups_of_equal_rows((cloud.vertices + 0.0).T)
     unreadable = ~np.isfinite(cloud.vertices).all(axis=1)

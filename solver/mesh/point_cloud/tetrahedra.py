@@ -9,9 +9,11 @@ Kolluri, "The power crust", SMA 2001). The sides are diffused from one to the ne
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import cg
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay, QhullError
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.errors import MeshError
+from solver.mesh.normals import face_normals
 
 _OPPOSITE = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 """Corners of the facet opposite to each corner of a tetrahedron, seen from outside in the order of
@@ -34,6 +36,11 @@ mean distance of a corner to the points near it."""
 
 _LEAST = 1e-30
 
+NO_SURFACE = (
+    "the points do not give a surface: they lie along curves, or their distances differ too much;"
+    " sample the surface evenly, or upload a mesh"
+)
+
 
 def boundary_of_inside(points: FloatArray, normals: FloatArray, density: FloatArray) -> IntArray:
     """Return the triangles between inside and outside, but for those that close gaps.
@@ -50,21 +57,28 @@ def boundary_of_inside(points: FloatArray, normals: FloatArray, density: FloatAr
     Returns
     -------
     (F, 3) int64 corners, wound such that normals are outward.
+
+    Raises
+    ------
+    MeshError
+        The points lie too nearly in a plane, or on a curve, to be triangulated.
     """
-    delaunay = Delaunay(points)
+    try:
+        delaunay = Delaunay(points)
+    except QhullError as error:
+        raise MeshError(NO_SURFACE) from error
     cells = delaunay.simplices.astype(np.int64)
     beside = delaunay.neighbors.astype(np.int64)
     centres, radii, positive = _circumspheres(points[cells])
-    outside = (
-        _diffused(_sides(points[cells], normals[cells], centres, radii), beside, centres, radii)
-        > 0.0
-    )
+    sides = _sides(points[cells], normals[cells], centres, radii)
+    outside = _diffused(sides, beside, centres, radii) > 0.0
     faces = []
     for corner, order in enumerate(_OPPOSITE):
         facets = cells[:, order]
         facets = np.where(positive[:, None], facets, facets[:, ::-1])
         hull = beside[:, corner] < 0
-        beyond = np.where(hull, _is_outward(points, facets, normals), outside[beside[:, corner]])
+        beyond = outside[beside[:, corner]]
+        beyond[hull] = _is_outward(points, facets[hull], normals)
         faces += [facets[~outside & beyond], facets[outside & hull & ~beyond][:, ::-1]]
     found = np.concatenate(faces)
     return found[_is_small(points, found, density)]
@@ -119,8 +133,8 @@ def _diffused(
 
 def _is_outward(points: FloatArray, facets: IntArray, normals: FloatArray) -> BoolArray:
     """(F,) whether the normals of facets agree with those of their corners."""
-    a, b, c = (points[facets[:, corner]] for corner in range(3))
-    found: BoolArray = (np.cross(b - a, c - a) * normals[facets].sum(axis=1)).sum(axis=1) > 0.0
+    across = face_normals(points, facets)
+    found: BoolArray = np.einsum("fi,fi->f", across, normals[facets].sum(axis=1)) > 0.0
     return found
 
 
@@ -128,9 +142,7 @@ def _is_small(points: FloatArray, faces: IntArray, density: FloatArray) -> BoolA
     """(F,) whether triangles are as small as those between near points."""
     corners = points[faces]
     sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    double = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
+    double = np.linalg.norm(face_normals(points, faces), axis=1)
     radii = sides.prod(axis=1) / np.maximum(2.0 * double, _LEAST)
     near = density[faces].max(axis=1)
     found: BoolArray = (sides.max(axis=1) < _LONGEST * near) & (radii < _WIDEST * near)

@@ -32,6 +32,11 @@ def on_sphere(count: int, seed: int = 1) -> FloatArray:
     return unit
 
 
+def helix(count: int) -> FloatArray:
+    angle = np.linspace(0.0, 9.0, count)
+    return np.stack([np.cos(angle), np.sin(angle), angle], axis=1)
+
+
 def test_a_sphere_is_the_convex_hull_of_its_points() -> None:
     """Triangles of a Delaunay triangulation on the sphere are the faces of the hull."""
     points = on_sphere(2000)
@@ -156,6 +161,13 @@ def test_a_surface_that_is_sampled_unevenly_is_kept() -> None:
     assert cloud(kept).area > 0.9 * 4.0 * np.pi
 
 
+@pytest.mark.parametrize("size", [1e-3, 1e-6, 1e-16])
+def test_points_far_closer_than_others_take_no_more_memory(size: float) -> None:
+    """Pictures of pixels as small as they are near would have 10¹² of them."""
+    mesh = cloud(np.concatenate([on_sphere(1000), size * on_sphere(1500, seed=2)]))
+    assert mesh.n_vertices > 0
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [
@@ -164,6 +176,8 @@ def test_a_surface_that_is_sampled_unevenly_is_kept() -> None:
         (np.random.default_rng(4).random((2000, 3)), "too sparse or too noisy"),
         (np.zeros((100, 3)), "there are 1"),
         (np.outer(np.linspace(3.0, 4.0, 50), [1.0, 2.0, 3.0]), "all points lie on a line"),
+        (helix(200), "they lie along curves"),
+        (1.0 / np.array([2.0, 3.0, 5.0]) ** np.arange(60)[:, None], "distances differ too much"),
     ],
 )
 def test_what_is_no_surface_is_refused(points: FloatArray, message: str) -> None:
