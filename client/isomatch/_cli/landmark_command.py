@@ -10,9 +10,10 @@ from typing import Annotated, Final
 import typer
 
 from isomatch._cli import render
-from isomatch._cli.exit_codes import Failures, connected, leave
+from isomatch._cli.exit_codes import Failures, connected
 from isomatch._cli.job_runs import echo_link, echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
+from isomatch._cli.landmark_templates import check_landmarks, landmarks_of
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
@@ -23,14 +24,11 @@ from isomatch._landmarks import (
     CarriedLandmarks,
     CoordinateSystem,
     LandmarkFormat,
-    LandmarkSet,
     LandmarkTemplate,
-    read_landmarks,
-    remarks_on,
     stem_of,
     with_same_labels,
 )
-from isomatch._models import MatchParameters, Shape
+from isomatch._models import MatchParameters
 from isomatch._operations.landmarks import FIXED
 
 AHEAD: Final = 4
@@ -166,10 +164,10 @@ def landmarks(
     inputs = [*specimens, *(one for pair in files for one in pair)]
     files_given(folder, [TABLE, *LandmarkOutput.files(names, file_format)], inputs)
     with connected(url, as_json) as client:
-        sets = with_same_labels([_of_template(file, shape, coordinates) for shape, file in files])
+        sets = with_same_labels([landmarks_of(file, shape, coordinates) for shape, file in files])
         shapes = uploaded(client, [shape for shape, _ in files], as_json)
-        for (shape, _), template_set, known in zip(files, sets, shapes, strict=True):
-            _print_remarks(client, shape, template_set, known, as_json)
+        for (shape, file), known in zip(files, shapes, strict=True):
+            check_landmarks(client, shape, known, file, coordinates, as_json)
         templates = [LandmarkTemplate(shape, one) for shape, one in zip(shapes, sets, strict=True)]
         folder.mkdir(exist_ok=True)
         output = LandmarkOutput(folder, file_format, coordinates)
@@ -185,25 +183,3 @@ def landmarks(
         if failures.names and not as_json:
             typer.echo(f"isomatch: no landmarks for {', '.join(failures.names)}", err=True)
         failures.check()
-
-
-def _of_template(file: Path, shape: str, coordinates: CoordinateSystem) -> LandmarkSet:
-    """The landmarks of a template; of several specimens in a file, those that bear its name."""
-    found = read_landmarks(file, coordinates)
-    if len(found) > 1:
-        found = tuple(one for one in found if stem_of(one.name) == stem_of(shape))
-    if len(found) != 1:
-        raise ValueError(f"{file}: there is no specimen called {stem_of(shape)!r}, or several")
-    return found[0]
-
-
-def _print_remarks(
-    client: Client, name: str, landmarks: LandmarkSet, shape: Shape, as_json: bool
-) -> None:
-    geometry = client.geometry(shape)
-    try:
-        remarks = remarks_on(landmarks, geometry)
-    except ValueError as error:
-        leave(error, as_json, name)
-    if not as_json:
-        render.print_warnings([f"{name}: {text}" for text in remarks], render.standard_error())

@@ -46,7 +46,8 @@ class LandmarkJob:
         WaitTimeout
             A match did not end within `timeout` seconds; it continues.
         ValueError
-            The templates do not have the same landmarks.
+            The templates do not have the same landmarks, or some are in another coordinate system
+            (LPS or RAS) than their mesh.
         """
         return self._transport.run(
             landmarks.get_landmarks(

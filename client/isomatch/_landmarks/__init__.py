@@ -16,7 +16,7 @@ from isomatch._landmarks.formats import (
     write_landmarks,
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
-from isomatch._landmarks.remarks import remarks_on
+from isomatch._landmarks.remarks import WrongCoordinates, remarks_on
 
 __all__ = [
     "FORMATS",
@@ -26,6 +26,7 @@ __all__ = [
     "LandmarkFormat",
     "LandmarkSet",
     "LandmarkTemplate",
+    "WrongCoordinates",
     "carried_landmarks",
     "read_landmarks",
     "remarks_on",

@@ -14,7 +14,7 @@ from isomatch._landmarks.confidence import (
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
 from isomatch._landmarks.median import geometric_median
-from isomatch._landmarks.remarks import FAR
+from isomatch._landmarks.remarks import FAR, refuse_wrong_coordinates
 from isomatch._landmarks.surface_points import images, nearest_points
 from isomatch._models import Shape, VertexMap
 from isomatch._results import Geometry, Match
@@ -127,7 +127,8 @@ def carried_landmarks(
     Raises
     ------
     ValueError
-        Labels differ, or a match has no dense map in both directions or no confidence.
+        Labels differ, landmarks are in another coordinate system than their template, or a match
+        has no dense map in both directions or no confidence.
     """
     each = []
     aligned = with_same_labels(landmarks)
@@ -135,6 +136,7 @@ def carried_landmarks(
     for ours, template, match in zip(aligned, templates, matches, strict=True):
         if match.dense is None or match.confidence is None:
             raise ValueError("landmarks are carried along dense matches with a confidence")
+        refuse_wrong_coordinates(ours, template)
         probabilities.append(match.confidence.probability)
         each.append(
             from_template(

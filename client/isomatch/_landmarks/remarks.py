@@ -1,5 +1,6 @@
-"""Remarks on landmarks that do not lie on the surface of their template."""
+"""Landmarks that do not lie on the surface of their template: remarks on them, and refusals."""
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,15 @@ Floats = npt.NDArray[np.float64]
 FAR: Final = 0.05
 """Distance from the surface, over √area, above which a landmark is reported and not carried."""
 
+_BESIDE: Final = 0.01
+"""Median distance, over √area, up to which landmarks are taken to be placed on the surface."""
+
+_MOST_NAMED: Final = 5
+
+
+class WrongCoordinates(ValueError):
+    """Landmarks are in another coordinate system (LPS or RAS) than the mesh of their template."""
+
 
 def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
     """Report landmarks that are far from the surface of their template.
@@ -28,35 +38,115 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
 
     Returns
     -------
-    Sentences; none if all landmarks are within `FAR` √area of the surface.
+    Sentences; none if the landmarks lie on the surface.
 
     Raises
     ------
+    WrongCoordinates
+        As for :func:`refuse_wrong_coordinates`.
     ValueError
-        No landmark is, so that none can be carried.
+        All landmarks are missing or far, so that none can be carried.
     """
-    given = landmarks.positions[landmarks.present]
-    if not len(given):
+    if not landmarks.present.any():
         raise ValueError("all landmarks are missing")
-    size = square_root_of_area(template)
-    apart = _distances(template, given) / size
-    far = apart > FAR
-    if not far.any():
-        return ()
-    worst = int(apart.argmax())
-    label = landmarks.labels[np.flatnonzero(landmarks.present)[worst]]
-    text = (
-        f"{int(far.sum())} of {len(given)} landmarks are far from the surface, {label!r} by"
-        f" {apart[worst] * size:.4g}"
-    )
-    none = ": check the unit of length and the coordinate system (LPS or RAS)"
-    text += none if far.all() else "; they are left out"
-    turned = _distances(template, given * np.array([-1.0, -1.0, 1.0])) / size
-    if np.median(turned) < 0.5 * np.median(apart):
-        text += ". With x and y negated they are nearer: is the mesh in RAS coordinates?"
-    if far.all():
-        raise ValueError(text)
-    return (text,)
+    found = _Distances.of(landmarks, template)
+    found.refuse_wrong_coordinates()
+    hint = ""
+    if np.median(found.apart) > _BESIDE and found.nearer_if_negated:
+        hint = "with x and y negated they are nearer: check the coordinate system (LPS or RAS)"
+    if not found.far.any():
+        return (f"the landmarks lie beside the surface; {hint}",) if hint else ()
+    if found.far.all():
+        hint = hint or "check the unit of length and the coordinate system (LPS or RAS)"
+        raise ValueError(f"{found}: {hint}")
+    return ("; ".join([f"{found}; they are left out", hint]).removesuffix("; "),)
+
+
+def refuse_wrong_coordinates(landmarks: LandmarkSet, template: Geometry) -> None:
+    """Refuse landmarks that only fit their template with x and y negated.
+
+    In the wrong system some of them are near the surface by chance, at wrong places.
+
+    Parameters
+    ----------
+    landmarks
+        Of the template.
+    template
+        Its surface.
+
+    Raises
+    ------
+    WrongCoordinates
+        With x and y negated fewer than half as many are far from the surface, and the median
+        distance is less than half.
+    """
+    if landmarks.present.any():
+        _Distances.of(landmarks, template).refuse_wrong_coordinates()
+
+
+@dataclass(frozen=True, eq=False)
+class _Distances:
+    """Distances of landmarks from a surface.
+
+    Attributes
+    ----------
+    labels
+        Of the landmarks that are not missing, n of them.
+    apart, negated
+        Their distances over √area, as given and with x and y negated, (n,).
+    size
+        Square root of the area.
+    """
+
+    labels: tuple[str, ...]
+    apart: Floats
+    negated: Floats
+    size: float
+
+    @classmethod
+    def of(cls, landmarks: LandmarkSet, template: Geometry) -> "_Distances":
+        """Measure the distances of landmarks, of which some are present."""
+        size = square_root_of_area(template)
+        rows = np.flatnonzero(landmarks.present)
+        labels = tuple(landmarks.labels[row] for row in rows)
+        apart = _distances(template, landmarks.positions[rows]) / size
+        negated = apart
+        if apart.max() > _BESIDE:
+            negated = _distances(template, landmarks.flipped().positions[rows]) / size
+        return cls(labels, apart, negated, size)
+
+    @property
+    def far(self) -> npt.NDArray[np.bool_]:
+        """Whether each landmark is far from the surface, (n,)."""
+        return self.apart > FAR
+
+    @property
+    def nearer_if_negated(self) -> bool:
+        """Whether negating x and y halves the median distance."""
+        return bool(np.median(self.negated) < 0.5 * np.median(self.apart))
+
+    def refuse_wrong_coordinates(self) -> None:
+        """Raise :class:`WrongCoordinates` if negating x and y brings the landmarks home."""
+        count = int((self.negated > FAR).sum())
+        if 2 * count < self.far.sum() and self.nearer_if_negated:
+            raise WrongCoordinates(
+                f"{self}, but {count or 'none'} with x and y negated: the landmarks are not in the"
+                " coordinate system of the mesh (LPS or RAS)"
+            )
+
+    def __str__(self) -> str:
+        worst = np.flatnonzero(self.far)
+        worst = worst[np.argsort(-self.apart[worst], kind="stable")]
+        named = [
+            f"{self.labels[row]!r} by {self.apart[row] * self.size:.4g}"
+            for row in worst[:_MOST_NAMED]
+        ]
+        if len(worst) > _MOST_NAMED:
+            named.append(f"and {len(worst) - _MOST_NAMED} more")
+        be = "is" if len(worst) == 1 else "are"
+        return f"{len(worst)} of {len(self.apart)} landmarks {be} far from the surface, " + (
+            ", ".join(named)
+        )
 
 
 def _distances(geometry: Geometry, positions: Floats) -> Floats:

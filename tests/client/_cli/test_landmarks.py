@@ -89,8 +89,21 @@ def test_meshes_in_other_coordinates(
     assert "far from the surface" not in done.stderr
     (found,) = isomatch.read_landmarks(out / "b.fcsv", "RAS")
     assert np.linalg.norm(found.positions - moved(PLACES), axis=1)[THERE].max() < CLOSE
-    flipped = run("landmarks", blobs[0], ras, blobs[1], "-o", out, *QUICK, url=url)
-    assert "are far from the surface" in flipped.stderr
+    before = (out / "landmarks.csv").read_bytes()
+    table = tmp_path / "negated.csv"
+    isomatch.write_landmarks(table, [GIVEN.flipped()])
+    wrong = {
+        ("LPS", ras): "give --coordinates RAS",
+        ("RAS", template): "give --coordinates LPS",
+        ("RAS", table): f"negate x and y in {table}",
+    }
+    for (system, file), advice in wrong.items():
+        asked: list[str | Path] = ["-o", out, "--coordinates", system]
+        flipped = run("landmarks", blobs[0], file, blobs[1], *asked, *QUICK, url=url)
+        assert (flipped.returncode, flipped.stdout) == (1, "")
+        assert "far from the surface" in flipped.stderr
+        assert advice in flipped.stderr
+    assert (out / "landmarks.csv").read_bytes() == before
 
 
 def test_landmarks_that_are_all_far_are_refused_before_anything_is_matched(

@@ -4,7 +4,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from isomatch import Geometry, LandmarkSet, VertexMap
-from isomatch._landmarks import carried_landmarks, remarks_on, with_same_labels
+from isomatch._landmarks import WrongCoordinates, carried_landmarks, remarks_on, with_same_labels
 from isomatch._landmarks.carrying import FromTemplate, from_template, merged
 from isomatch._landmarks.confidence import confidence, local_distortion, square_root_of_area
 from isomatch._landmarks.surface_points import nearest_points
@@ -53,7 +53,9 @@ def test_landmarks_far_from_the_surface_are_reported_and_missing() -> None:
     assert np.isnan(one.confidence).tolist() == 3 * [False] + 3 * [True]
     assert np.isnan(one.positions[3:]).all()
     (text,) = remarks_on(LandmarkSet(GIVEN.labels, far), BLOB)
-    assert "3 of 6 landmarks are far from the surface, 'p" in text
+    assert text.startswith("3 of 6 landmarks are far from the surface, 'p")
+    assert all(f"{label!r} by " in text for label in GIVEN.labels[3:])
+    assert text.endswith("; they are left out")
     assert remarks_on(GIVEN, BLOB) == ()
 
 
@@ -62,10 +64,36 @@ def test_landmarks_that_are_all_far_or_missing_are_refused() -> None:
         remarks_on(LandmarkSet(GIVEN.labels, PLACES * 2.0), BLOB)
     with pytest.raises(ValueError, match="all landmarks are missing"):
         remarks_on(LandmarkSet(GIVEN.labels, np.full_like(PLACES, np.nan)), BLOB)
-    offset = np.array([4.0, 1.0, 0.0])
-    wrong = LandmarkSet(GIVEN.labels, (offset + PLACES) * [-1.0, -1.0, 1.0])
-    with pytest.raises(ValueError, match="is the mesh in RAS coordinates"):
-        remarks_on(wrong, moved(BLOB, offset + BLOB.vertices))
+
+
+def test_landmarks_in_another_coordinate_system_are_refused_if_only_some_are_far() -> None:
+    there = GIVEN.present
+    offset = np.array([0.0, 0.15, 0.0])
+    surface = moved(BLOB, offset + BLOB.vertices)
+    right = LandmarkSet(GIVEN.labels, offset + GIVEN.positions)
+    wrong = right.flipped()
+    nearest = nearest_points(surface, wrong.positions[there]).positions(surface)
+    apart = np.linalg.norm(wrong.positions[there] - nearest, axis=1) / square_root_of_area(surface)
+    assert 0 < (apart > 0.05).sum() < there.sum()
+    with pytest.raises(WrongCoordinates, match=r"but none with x and y negated"):
+        remarks_on(wrong, surface)
+    with pytest.raises(WrongCoordinates):
+        carried_landmarks([wrong], [surface], [MATCH], TURNED)
+    # One that is misplaced does not turn the others.
+    misplaced = right.positions.copy()
+    misplaced[0] *= 20.0
+    (text,) = remarks_on(LandmarkSet(GIVEN.labels, misplaced), surface)
+    assert text.startswith("1 of 5 landmarks is far from the surface, 'p0' by ")
+
+
+def test_landmarks_beside_the_surface_are_reported_if_negating_brings_them_nearer() -> None:
+    """As on a bone that is round about the z axis: none is far."""
+    offset = np.array([0.0, 0.05, 0.0])
+    surface = moved(BLOB, offset + BLOB.vertices)
+    right = LandmarkSet(GIVEN.labels, offset + GIVEN.positions)
+    assert remarks_on(right, surface) == ()
+    (text,) = remarks_on(right.flipped(), surface)
+    assert text.startswith("the landmarks lie beside the surface; with x and y negated")
 
 
 def restricted(along: VertexMap, vertices: npt.NDArray[np.int64]) -> VertexMap:

@@ -295,7 +295,7 @@ def test_landmarks_far_from_the_surface_are_left_out(
         negated = vertices[[0, 3, 42, 5]] * [-1.0, -1.0, 1.0]
         isomatch.write_landmarks(file, [isomatch.LandmarkSet(LABELS, negated)])
         page.locator(f"#landmarks-{end}").set_input_files(str(file))
-        expect(page.get_by_role("alert")).to_contain_text("With x and y negated they are nearer")
+        expect(page.get_by_role("alert")).to_contain_text("but none with x and y negated")
 
 
 def test_corrections_are_kept_in_the_tab(page: Page, carried: Carried, tmp_path: Path) -> None:

@@ -1,0 +1,80 @@
+"""Templates of ``isomatch landmarks``: their files read, and checked against their surfaces."""
+
+from pathlib import Path
+
+import numpy as np
+
+from isomatch._cli import render
+from isomatch._cli.exit_codes import leave
+from isomatch._clients import Client
+from isomatch._landmarks import (
+    CoordinateSystem,
+    LandmarkSet,
+    WrongCoordinates,
+    read_landmarks,
+    remarks_on,
+    stem_of,
+)
+from isomatch._models import Shape
+
+
+def landmarks_of(file: Path, mesh: str, coordinates: CoordinateSystem) -> LandmarkSet:
+    """Read the landmarks of a template; of several specimens in a file, those that bear its name.
+
+    Parameters
+    ----------
+    file
+        Of the landmarks.
+    mesh
+        Path of the template's mesh.
+    coordinates
+        Coordinate system of the meshes.
+
+    Raises
+    ------
+    ValueError
+        The file is damaged, or has no landmarks of the template.
+    """
+    found = read_landmarks(file, coordinates)
+    if len(found) > 1:
+        found = tuple(one for one in found if stem_of(one.name) == stem_of(mesh))
+    if len(found) != 1:
+        raise ValueError(f"{file}: there is no specimen called {stem_of(mesh)!r}, or several")
+    return found[0]
+
+
+def check_landmarks(
+    client: Client,
+    mesh: str,
+    shape: Shape,
+    file: Path,
+    coordinates: CoordinateSystem,
+    as_json: bool,
+) -> None:
+    """Warn of landmarks that are far from their template, or exit if they cannot be carried.
+
+    Parameters
+    ----------
+    client
+        The connection.
+    mesh, shape
+        Path of the template's mesh, and its upload.
+    file, coordinates
+        As for :func:`landmarks_of`.
+    as_json
+        Report errors as JSON, and no warnings.
+    """
+    landmarks = landmarks_of(file, mesh, coordinates)
+    try:
+        remarks = remarks_on(landmarks, client.geometry(shape))
+    except WrongCoordinates as error:
+        other: CoordinateSystem = "LPS" if coordinates == "RAS" else "RAS"
+        # Files that name no system are read alike for both.
+        converted = landmarks_of(file, mesh, other).positions
+        same = np.array_equal(landmarks.positions, converted, equal_nan=True)
+        advice = f"negate x and y in {file}" if same else f"give --coordinates {other}"
+        leave(WrongCoordinates(f"{error}; {advice}"), as_json, mesh)
+    except ValueError as error:
+        leave(error, as_json, mesh)
+    if not as_json:
+        render.print_warnings([f"{mesh}: {text}" for text in remarks], render.standard_error())
