@@ -164,7 +164,10 @@ def landmarks(
     inputs = [*specimens, *(one for pair in files for one in pair)]
     files_given(folder, [TABLE, *LandmarkOutput.files(names, file_format)], inputs)
     with connected(url, as_json) as client:
-        sets = with_same_labels([landmarks_of(file, shape, coordinates) for shape, file in files])
+        sets = with_same_labels(
+            [landmarks_of(file, shape, coordinates) for shape, file in files],
+            [str(file) for _, file in files],
+        )
         shapes = uploaded(client, [shape for shape, _ in files], as_json)
         for (shape, file), known in zip(files, shapes, strict=True):
             check_landmarks(client, shape, known, file, coordinates, as_json)

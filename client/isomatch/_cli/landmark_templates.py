@@ -1,6 +1,7 @@
 """Templates of ``isomatch landmarks``: their files read, and checked against their surfaces."""
 
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from isomatch._landmarks import (
     stem_of,
 )
 from isomatch._models import Shape
+
+_MOST_NAMED: Final = 10
 
 
 def landmarks_of(file: Path, mesh: str, coordinates: CoordinateSystem) -> LandmarkSet:
@@ -35,11 +38,18 @@ def landmarks_of(file: Path, mesh: str, coordinates: CoordinateSystem) -> Landma
     ValueError
         The file is damaged, or has no landmarks of the template.
     """
-    found = read_landmarks(file, coordinates)
+    every = read_landmarks(file, coordinates)
+    name = stem_of(mesh)
+    found = [one for one in every if len(every) == 1 or stem_of(one.name) == name]
     if len(found) > 1:
-        found = tuple(one for one in found if stem_of(one.name) == stem_of(mesh))
-    if len(found) != 1:
-        raise ValueError(f"{file}: there is no specimen called {stem_of(mesh)!r}, or several")
+        raise ValueError(f"{file}: {len(found)} specimens are called {name!r}; rename all but one")
+    if not found:
+        others = ", ".join(repr(one.name) for one in every[:_MOST_NAMED])
+        more = f" and {len(every) - _MOST_NAMED} more" if len(every) > _MOST_NAMED else ""
+        raise ValueError(
+            f"{file}: there is no specimen called {name!r}, only {others}{more}; name the mesh or"
+            " the specimen like the other"
+        )
     return found[0]
 
 

@@ -1,5 +1,6 @@
 """Landmarks of templates carried to a specimen along dense matches, computed locally."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -260,27 +261,52 @@ def merged(
     )
 
 
-def with_same_labels(landmarks: Sequence[LandmarkSet]) -> list[LandmarkSet]:
+def with_same_labels(
+    landmarks: Sequence[LandmarkSet], names: Sequence[str] | None = None
+) -> list[LandmarkSet]:
     """Return landmarks of templates in the order of the first.
+
+    Parameters
+    ----------
+    landmarks
+        Of each template.
+    names
+        What errors call each; "template 1", ... by default.
 
     Raises
     ------
     ValueError
         Their labels differ, or some occur twice and the order differs.
     """
+    named = names or [f"template {number + 1}" for number in range(len(landmarks))]
     first = landmarks[0].labels
     found = []
-    for number, one in enumerate(landmarks, start=1):
+    for one, name in zip(landmarks, named, strict=True):
         if one.labels == first:
             found.append(one)
             continue
-        differing = set(first) ^ set(one.labels)
-        if differing or len(one.labels) != len(first) or len(set(first)) != len(first):
-            named = f": {min(differing)!r}" if differing else ""
-            raise ValueError(f"templates 1 and {number} do not have the same landmarks{named}")
+        if Counter(one.labels) != Counter(first):
+            raise ValueError(_differing(first, one.labels, (named[0], name)))
+        if len(set(first)) < len(first):
+            raise ValueError(
+                f"{named[0]} and {name} have landmarks of the same label in different orders;"
+                " rename them"
+            )
         rows = [one.labels.index(label) for label in first]
         found.append(LandmarkSet(first, one.positions[rows], one.name))
     return found
+
+
+def _differing(first: Sequence[str], other: Sequence[str], names: tuple[str, str]) -> str:
+    """Say which landmark one template has and the other lacks."""
+    here, there = Counter(first) - Counter(other), Counter(other) - Counter(first)
+    (label, _), *rest = (here or there).items()
+    having, lacking = names if here else names[::-1]
+    more = f" and {len(rest)} more" if rest else ""
+    return (
+        f"{names[0]} and {names[1]} do not have the same landmarks: {having} has {label!r}{more},"
+        f" {lacking} does not"
+    )
 
 
 def _part_of(geometry: Geometry, vertices: npt.NDArray[np.int64]) -> Geometry:

@@ -1,5 +1,7 @@
 """Landmarks that do not lie on the surface of their template: remarks on them, and refusals."""
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -27,7 +29,7 @@ class WrongCoordinates(ValueError):
 
 
 def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
-    """Report landmarks that are far from the surface of their template.
+    """Report landmarks that are far from the surface of their template, and labels that recur.
 
     Parameters
     ----------
@@ -38,7 +40,7 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
 
     Returns
     -------
-    Sentences; none if the landmarks lie on the surface.
+    Sentences; none if the landmarks lie on the surface and each has a label of its own.
 
     Raises
     ------
@@ -51,15 +53,18 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
         raise ValueError("all landmarks are missing")
     found = _Distances.of(landmarks, template)
     found.refuse_wrong_coordinates()
+    remarks = _recurring(landmarks.labels)
     hint = ""
     if np.median(found.apart) > _BESIDE and found.nearer_if_negated:
         hint = "with x and y negated they are nearer: check the coordinate system (LPS or RAS)"
-    if not found.far.any():
-        return (f"the landmarks lie beside the surface; {hint}",) if hint else ()
     if found.far.all():
         hint = hint or "check the unit of length and the coordinate system (LPS or RAS)"
         raise ValueError(f"{found}: {hint}")
-    return ("; ".join([f"{found}; they are left out", hint]).removesuffix("; "),)
+    if found.far.any():
+        remarks.append(f"{found}; they are left out" + (hint and f"; {hint}"))
+    elif hint:
+        remarks.append(f"the landmarks lie beside the surface; {hint}")
+    return tuple(remarks)
 
 
 def refuse_wrong_coordinates(landmarks: LandmarkSet, template: Geometry) -> None:
@@ -82,6 +87,16 @@ def refuse_wrong_coordinates(landmarks: LandmarkSet, template: Geometry) -> None
     """
     if landmarks.present.any():
         _Distances.of(landmarks, template).refuse_wrong_coordinates()
+
+
+def _recurring(labels: Sequence[str]) -> list[str]:
+    """A sentence for each label of several landmarks."""
+    counts = Counter(labels)
+    return [
+        f"{count} landmarks are called {label!r}; only their order tells them apart"
+        for label, count in counts.items()
+        if count > 1
+    ]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ const COLUMNS = "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID";
 const SCHEMA = "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#";
 const AXES = [[["x", "y", "z"], null], [["l", "p", "s"], "LPS"], [["r", "a", "s"], "RAS"]];
 const LABELS = ["label", "name", "landmark", "id"];
-const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+const NUMBER = /^[+-]?(\d+[.,]?\d*|[.,]\d+)(e[+-]?\d+)?$/i;
 
 /** Endings of the files. */
 export const FORMATS = ["mrk.json", "fcsv", "csv"];
@@ -116,7 +116,8 @@ function readFiducials(text, system) {
 
 function readTable(text, system) {
   const first = text.split(/\r?\n/).find((line) => line.trim() !== "") ?? "";
-  const delimiter = [",", ";", "\t"].reduce((best, mark) => (first.split(mark).length > first.split(best).length ? mark : best));
+  // Commas may be those of decimals.
+  const delimiter = [";", "\t"].find((mark) => first.split(mark).length > 2) ?? ",";
   let rows = rowsOf(text, delimiter).filter(([, entries]) => entries.some((entry) => entry !== ""));
   if (rows.length === 0) return [];
   const head = rows[0][1].map((name) => name.toLowerCase());
@@ -127,7 +128,10 @@ function readTable(text, system) {
   const [axes, from] = AXES.find(([each]) => each.every((axis) => names.includes(axis)));
   const labels = LABELS.find((name) => names.includes(name));
   return rows.map(([line, entries]) => {
-    if (entries.length < names.length) throw new LandmarkFileError(`${entries.length} entries for ${names.length} columns`, line);
+    if (entries.length < names.length || entries.slice(names.length).some((one) => one !== "")) {
+      const hint = entries.length > names.length ? "; with decimal commas delimit columns by semicolons" : "";
+      throw new LandmarkFileError(`${entries.length} entries for ${names.length} columns${hint}`, line);
+    }
     const entry = (name) => entries[names.indexOf(name)];
     const position = entry("defined") === "0" ? null : positionOf(axes.map(entry), line);
     return { label: labels ? entry(labels) : "", remark: "", position: converted(position, from ?? system, system) };
@@ -141,10 +145,11 @@ const isHeader = (entries) => !entries.some((entry) => NUMBER.test(entry)) && !e
 
 function positionOf(texts, line) {
   if (texts.every(isMissing)) return null;
-  for (const text of texts) {
-    if (!NUMBER.test(text) || !Number.isFinite(Number(text))) throw new LandmarkFileError(`"${text}" is not a finite number`, line);
-  }
-  return texts.map(Number);
+  return texts.map((text) => {
+    const number = Number(text.replace(",", "."));
+    if (!NUMBER.test(text) || !Number.isFinite(number)) throw new LandmarkFileError(`"${text}" is not a finite number`, line);
+    return number;
+  });
 }
 
 // Line number and entries of each row; quoted entries may have delimiters, quotes and line ends in them.

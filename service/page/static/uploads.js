@@ -1,6 +1,6 @@
 // Uploads of files that are dropped or picked.
 
-import { upload } from "./api.js";
+import { Problem, upload } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { keepFocus } from "./focus.js";
 import { problemBox } from "./problem.js";
@@ -11,6 +11,8 @@ import { confirmed } from "./question.js";
 const MOST_UNSCROLLED = 5;
 /** Uploads at a time: a browser has six connections to a service, and others need one meanwhile. */
 const AT_ONCE = 4;
+/** Endings of files that are landmarks and no mesh. */
+const LANDMARKS = /\.(json|fcsv|tps)$/i;
 const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
 
 /** Files that are being uploaded. */
@@ -171,6 +173,10 @@ async function sent(file, list, inTurn, signal, { take, input }) {
   const line = h("li", {}, h("span", { class: "name" }, file.name), " ", bar, " ", said);
   list.append(line);
   try {
+    if (LANDMARKS.test(file.name)) {
+      throw new Problem(415, { title: "This is a file of landmarks, no mesh",
+        detail: "Match two meshes with a dense map, and open the landmarks of that match: they take this file." });
+    }
     const shape = await inTurn(() => upload("/v1/shapes", file, (share, job) => {
       bar.value = share;
       said.textContent = stage(share, job);

@@ -141,6 +141,17 @@ def test_wrong_usage(url: str, blobs: tuple[Path, Path], template: Path, tmp_pat
     done = run("landmarks", a, unreadable, b, "-o", out, url=url)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith(f"isomatch: {unreadable}: line 2: two coordinates")
+    for names, message in (
+        (("x", "y"), f"there is no specimen called '{a.stem}', only 'x', 'y'"),
+        ((a.stem, a.stem), f"2 specimens are called '{a.stem}'"),
+    ):
+        unreadable.write_text("".join(f"LM3=1\n1 2 3\nID={name}\n" for name in names))
+        done = run("landmarks", a, unreadable, b, "-o", out, url=url)
+        assert done.returncode == 1
+        assert done.stderr.startswith(f"isomatch: {unreadable}: {message}")
+    unreadable.write_text("LM3=1\n1 2 3\n")
+    done = run("landmarks", a, template, b, "-o", out, "--template", f"{b}={unreadable}", url=url)
+    assert f"{template} and {unreadable} do not have the same landmarks" in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")

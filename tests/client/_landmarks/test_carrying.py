@@ -220,16 +220,33 @@ def test_a_landmark_that_one_template_lacks_comes_from_the_other() -> None:
 
 
 def test_labels_of_templates_are_brought_into_one_order() -> None:
-    turned = LandmarkSet(GIVEN.labels[::-1], PLACES[::-1])
-    _, second = with_same_labels([GIVEN, turned])
+    _, second = with_same_labels([GIVEN, LandmarkSet(GIVEN.labels[::-1], PLACES[::-1])])
     assert second.labels == GIVEN.labels
     np.testing.assert_array_equal(second.positions, PLACES)
     other = LandmarkSet.of([("p0", None)])
-    with pytest.raises(ValueError, match="templates 1 and 2 do not have the same landmarks: 'p1'"):
-        with_same_labels([GIVEN, other])
+    for sets, having, lacking in (([GIVEN, other], 1, 2), ([other, GIVEN], 2, 1)):
+        with pytest.raises(
+            ValueError,
+            match="template 1 and template 2 do not have the same landmarks:"
+            f" template {having} has 'p1' and 4 more, template {lacking} does not",
+        ):
+            with_same_labels(sets)
     twice = [LandmarkSet.of([("a", None), (last, None), ("b", None)]) for last in "ab"]
-    with pytest.raises(ValueError, match="same landmarks"):
-        with_same_labels(twice)
+    with pytest.raises(
+        ValueError, match=r"x\.csv and y\.csv do not .* x\.csv has 'a', y\.csv does"
+    ):
+        with_same_labels(twice, ["x.csv", "y.csv"])
+    turned = [LandmarkSet.of([(label, None) for label in order]) for order in ("aab", "aba")]
+    with pytest.raises(ValueError, match="landmarks of the same label in different orders"):
+        with_same_labels(turned)
+
+
+def test_labels_that_recur_are_reported() -> None:
+    twice = LandmarkSet(("p", "q", "p", "r", "q", "p"), PLACES)
+    assert remarks_on(twice, BLOB) == (
+        "3 landmarks are called 'p'; only their order tells them apart",
+        "2 landmarks are called 'q'; only their order tells them apart",
+    )
 
 
 def test_matches_without_a_map_carry_nothing() -> None:

@@ -26,6 +26,9 @@ ENDINGS = ("mrk.json", "fcsv", "csv")
 
 OTHERS = {
     "slicer.csv": "label,l,p,s,defined,selected\nF-1,1,2,3,1,1\nF-2,4,5,6,0,1\n",
+    "decimals.csv": "label;x;y;z\na;1,5;,25;3,e1\nb;-1;2.5;3\n",
+    "tied.csv": "a;1,5;2,5;3,5\n",
+    "tabs.csv": "1,5\t2,5\t3,5\n",
     "bare.csv": "1;2;3\n\n4;5;6\n",
     "named.csv": "tip\t1\t2\t3\nNA row\tNA\tNA\tNA\n",
     "quoted.csv": 'name,x,y,z\n"a\nb",1,2,3\n',
@@ -43,6 +46,8 @@ WRONG = {
     "f.csv": ("label,x,y,z\na,1,2,x\n", 'line 2: "x" is not a finite number'),
     "g.csv": ('a,1,2,3\n"b,4,5,6\n', "quotation does not end"),
     "h.csv": ("label,x,y,z\na,1,2\n", "line 2: 3 entries for 4 columns"),
+    "l.csv": ("label,x,y,z\na,1,5,2,5,3,5\n", "line 2: 7 entries for 4 columns; with decimal"),
+    "m.csv": ("label;x;y;z\na;1.234,5;2;3\n", 'line 2: "1.234,5" is not a finite number'),
     "i.fcsv": ("# CoordinateSystem = voxels\n", "line 1: The coordinate system"),
     "j.tps": ("LM3=0\n", "ends with none of"),
     "k.csv": ("name,px,py,pz\ntip,1,2,3\n", "line 1: expected a header such as label,x,y,z"),

@@ -30,6 +30,9 @@ def test_an_upload_that_is_refused(page: Page) -> None:
     page.get_by_role("button", name="Dismiss").click()
     expect(box).to_have_count(0)
     expect(page.locator("#files")).to_be_focused()
+    page.locator("#files").set_input_files([file("template.mrk.json", b'{"markups": []}')])
+    expect(box).to_contain_text("This is a file of landmarks, no mesh")
+    page.get_by_role("button", name="Dismiss").click()
     page.locator("#files").set_input_files([file("what.doc", b"no mesh")])
     expect(page.get_by_role("alert")).to_contain_text("ends in no supported format")
     with page.expect_file_chooser() as chosen:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from isomatch._landmarks.formats.reading import (
     FormatError,
     is_missing,
+    is_number,
     one_line,
     position,
     table,
@@ -74,12 +75,4 @@ def _names_columns(first: list[str]) -> bool:
     """Return whether a row has no coordinates, and is none of a specimen without landmarks."""
     entries = first[1:]
     specimen = bool(entries) and all(map(is_missing, entries))
-    return not specimen and not any(map(_is_number, entries))
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    return not specimen and not any(map(is_number, entries))

@@ -1,7 +1,8 @@
 """Tables of points, ``.csv``: a landmark in each row, as label, x, y, z.
 
-The first line names the columns, or is missing. Control points that 3D Slicer exports have columns
-l, p, s or r, a, s, which name the coordinate system, and `defined`.
+The first line names the columns, or is missing. Columns are delimited by commas, semicolons or tab
+stops; decimals may follow a comma. Control points that 3D Slicer exports have columns l, p, s or
+r, a, s, which name the coordinate system, and `defined`.
 """
 
 import csv
@@ -44,6 +45,7 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
     rows = table(text)
     if not rows:
         return (LandmarkSet.of([]),)
+    width = len(rows[0][1])
     columns: Mapping[str, int] = {"label": 0, "x": 1, "y": 2, "z": 3}
     if names_axes(rows[0][1]):
         columns = {name.lower(): place for place, name in enumerate(rows[0][1])}
@@ -54,8 +56,11 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
     named = next((columns[name] for name in _LABELS if name in columns), None)
     points: list[tuple[str, tuple[float, ...] | None]] = []
     for line, entries in rows:
-        if len(entries) < len(columns):
-            raise FormatError(f"{len(entries)} entries, but {len(columns)} columns", line)
+        if len(entries) < width or any(entries[width:]):
+            hint = "; with decimal commas delimit columns by semicolons"
+            raise FormatError(
+                f"{len(entries)} entries, but {width} columns{hint * (len(entries) > width)}", line
+            )
         place = position([entries[columns[axis]] for axis in axes], line)
         if "defined" in columns and entries[columns["defined"]] == "0":
             place = None

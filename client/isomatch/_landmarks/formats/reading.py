@@ -12,7 +12,6 @@ _CODES: Final[dict[str, CoordinateSystem]] = {"LPS": "LPS", "RAS": "RAS", "1": "
 """Names of coordinate systems, and the numbers that Slicer wrote up to version 4.10."""
 
 _MISSING: Final = frozenset({"", "na", "nan"})
-_DELIMITERS: Final = ",;\t"
 
 
 class FormatError(ValueError):
@@ -45,21 +44,22 @@ def coordinate_system(given: str, line: int | None = None) -> CoordinateSystem:
 
 
 def number(text: str, line: int) -> float:
-    """Return a finite number.
+    """Return a finite number, whose decimals may follow a comma.
 
     Raises
     ------
     FormatError
         It is not one.
     """
-    try:
-        # float() takes digits grouped by underscores, which no landmark file has.
-        found = float(text.replace("_", "?"))
-    except ValueError:
-        found = math.nan
+    found = _parsed(text)
     if not math.isfinite(found):
         raise FormatError(f"{text.strip()[:40]!r} is not a finite number", line)
     return found
+
+
+def is_number(text: str) -> bool:
+    """Return whether an entry is a finite number."""
+    return math.isfinite(_parsed(text))
 
 
 def whole_number(text: str, line: int, most: int) -> int:
@@ -100,7 +100,8 @@ def table(text: str) -> list[tuple[int, list[str]]]:
     Parameters
     ----------
     text
-        Of the file. The delimiter is the one of which the first line has most.
+        Of the file. Where the first line has two semicolons or tab stops they are the delimiter,
+        as commas may be those of decimals.
 
     Returns
     -------
@@ -113,7 +114,7 @@ def table(text: str) -> list[tuple[int, list[str]]]:
     """
     lines = text.splitlines(keepends=True)
     first = next((line for line in lines if line.strip()), "")
-    delimiter = max(_DELIMITERS, key=first.count)
+    delimiter = next((mark for mark in ";\t" if first.count(mark) >= 2), ",")
     reader = csv.reader(lines, delimiter=delimiter, strict=True)
     try:
         rows = [(reader.line_num, [entry.strip() for entry in row]) for row in reader]
@@ -125,3 +126,13 @@ def table(text: str) -> list[tuple[int, list[str]]]:
 def one_line(text: str) -> str:
     """Return a name in one line, for formats in which a line ends it."""
     return " ".join(text.split())
+
+
+def _parsed(text: str) -> float:
+    """A number, nan if it is none; 1.234,5 and 1,234,567 are none."""
+    plain = text.replace(",", ".") if "." not in text else text
+    try:
+        # float() takes digits grouped by underscores, which no landmark file has.
+        return float(plain.replace("_", "?"))
+    except ValueError:
+        return math.nan

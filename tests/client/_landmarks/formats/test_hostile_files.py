@@ -49,6 +49,11 @@ REFUSED = {
     "ragged.txt": ("a\t1\t2\t3\t4\t5\n", "line 1: 5 coordinates"),
     "quoted.csv": ('label,x,y,z\n"a,1,2,3\n', "line 2"),
     "word.csv": ("label,x,y,z\na,1,two,3\n", "line 2: 'two' is not"),
+    "decimal.csv": (
+        "label,x,y,z\na,1,5,2,0,3,0\n",
+        "line 2: 7 entries, but 4 columns; with decimal commas delimit columns by semicolons",
+    ),
+    "thousands.csv": ("label;x;y;z\na;1.234,5;2;3\n", "line 2: '1.234,5' is not a finite"),
     "fewer.csv": ("label,x,y,z\na,1,2\n", "line 2: 3 entries, but 4 columns"),
 }
 

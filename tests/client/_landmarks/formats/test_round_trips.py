@@ -174,5 +174,16 @@ def test_tables_of_points(tmp_path: Path) -> None:
         (found,) = read(tmp_path, "a.csv", text)
         assert found.labels == ("a", "b")
         np.testing.assert_array_equal(found.positions, expected)
+    decimals = [[1.5, -0.25, 3.0], [4.0, 5.5, 6.0]]
+    for name, text in (
+        ("a.csv", "label;x;y;z\na;1,5;-,25;3\nb;4,0;5.5;6\n"),
+        ("a.csv", "a;1,5;-0,25;3,0\nb;4;5,5;6\n"),
+        ("a.csv", "1,5;-0,25;3,0\n4,0;5,5;6,0\n"),
+        ("a.csv", 'label,x,y,z\na,"1,5","-0,25",3\nb,4,"5,5",6\n'),
+        ("a.txt", "one\t1,5\t-0,25\t3,0\t4,0\t5,5\t6,0\n"),
+        ("a.tps", "LM3=2\n1,5 -0,25 3\n4 5,5 6\n"),
+    ):
+        (found,) = read(tmp_path, name, text)
+        np.testing.assert_array_equal(found.positions, decimals)
     (numbered,) = read(tmp_path, "a.csv", "1,2,3\n4,5,6\n")
     assert numbered.labels == ("1", "2")
