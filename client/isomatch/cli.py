@@ -232,8 +232,9 @@ def upload(
         if as_json:
             echo_models(shape.model_dump_json() for shape in shapes)
         elif quiet:
-            typer.echo("\n".join(shape.id for shape in shapes))
-        else:
+            for shape in shapes:
+                typer.echo(shape.id)
+        elif shapes:
             render.print_shapes(shapes, render.standard_output())
             for shape in shapes:
                 warnings = [f"{shape.name}: {text}" for text in shape.warnings]

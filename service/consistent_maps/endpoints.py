@@ -43,7 +43,7 @@ def create_consistent_maps(
 
 
 def _payload(asked: ConsistentMapsRequest, service: Service) -> ConsistentMapsPayload:
-    refuse(repeated_shapes(asked.shapes), _REFUSED)
+    refuse(repeated_shapes(asked.shapes, asked.names), _REFUSED)
     shapes = use_shapes(service, shape_fields(asked.shapes))
     mapped = sum(shape.vertices for shape in shapes.values()) * (len(shapes) - 1)
     if mapped > MOST_MAPPED_VERTICES:

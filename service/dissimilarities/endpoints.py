@@ -142,7 +142,7 @@ def _size(size: int, stage: str, found: Mapping[int, bytes], count: int) -> int:
 
 
 def _payload(asked: DissimilaritiesRequest, service: Service) -> DissimilaritiesPayload:
-    refuse(repeated_shapes(asked.shapes), _REFUSED)
+    refuse(repeated_shapes(asked.shapes, asked.names), _REFUSED)
     shapes = use_shapes(service, shape_fields(asked.shapes))
     check_shapes(asked, shapes, _REFUSED, few_vertices(shapes, asked.points))
     return DissimilaritiesPayload(

@@ -41,7 +41,7 @@ def create_registration(
 
 
 def _payload(asked: RegistrationRequest, service: Service) -> RegistrationPayload:
-    refuse(repeated_shapes(asked.shapes), _REFUSED)
+    refuse(repeated_shapes(asked.shapes, asked.names), _REFUSED)
     named = {"body.template": asked.template, **shape_fields(asked.shapes)}
     template = use_shapes(service, named)["body.template"]
     # The proof over all samples takes time, and concerns the sparse match alone.

@@ -20,13 +20,26 @@ def shape_fields(shapes: Sequence[str]) -> dict[str, str]:
     return {f"body.shapes.{place}": shape for place, shape in enumerate(shapes)}
 
 
-def repeated_shapes(shapes: Sequence[str]) -> list[FieldProblem]:
-    """Return the problems of shapes that are listed more than once."""
+def repeated_shapes(
+    shapes: Sequence[str], names: Sequence[str | None] | None = None
+) -> list[FieldProblem]:
+    """Return the problems of shapes that are listed more than once.
+
+    Parameters
+    ----------
+    shapes
+        Their ids.
+    names
+        Their names, where the request has them.
+    """
     first: dict[str, int] = {}
     wrong = []
     for place, shape in enumerate(shapes):
         if shape in first:
-            message = f"this shape is the same as shapes.{first[shape]}; give each once"
+            one, other = (None if names is None else names[at] for at in (place, first[shape]))
+            same = "this shape" if one is None or one == other else f"{one!r}"
+            as_other = "" if other is None else f" ({other!r})"
+            message = f"{same} is the same as shapes.{first[shape]}{as_other}; give each once"
             wrong.append(FieldProblem(field=f"body.shapes.{place}", message=message))
         first.setdefault(shape, place)
     return wrong

@@ -151,3 +151,42 @@ def test_every_refusal_is_an_isomatch_error() -> None:
     assert all(issubclass(kind, isomatch.IsomatchError) for kind in errors)
     drawn = isomatch._errors.__doc__ or ""
     assert all(kind.__name__ in drawn for kind in errors)
+
+
+@pytest.mark.parametrize(
+    ("timeout", "kind"), [(float("nan"), ValueError), (-1, ValueError), ("5", TypeError)]
+)
+def test_timeouts_of_waits(
+    client: isomatch.Client,
+    pair: tuple[isomatch.Shape, isomatch.Shape],
+    timeout: Any,
+    kind: type[Exception],
+) -> None:
+    """Refused whether or not the job has ended."""
+    job = client.match(*pair, points=8)
+    for _ in range(2):
+        for wait in (job.wait, job.result):
+            with pytest.raises(kind, match="timeout must be"):
+                wait(timeout=timeout)
+        job.wait(timeout=240)
+    with pytest.raises(kind, match="timeout must be"):
+        client.upload(TRUNCATED, file_type="off", timeout=timeout)
+
+
+def test_a_shape_that_is_listed_twice_is_named(
+    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
+) -> None:
+    one, other = (
+        renamed(shape, name) for shape, name in zip(pair, ("a.off", "b.off"), strict=True)
+    )
+    with pytest.raises(isomatch.InvalidRequest) as refusal:
+        client.dissimilarities([one, other, renamed(one, "c.off"), one])
+    assert {wrong.field: wrong.message for wrong in refusal.value.errors} == {
+        "body.shapes.2": "'c.off' is the same as shapes.0 ('a.off'); give each once",
+        "body.shapes.3": "this shape is the same as shapes.0 ('a.off'); give each once",
+    }
+
+
+def renamed(shape: isomatch.Shape, name: str) -> isomatch.Shape:
+    """The shape as uploaded under another name."""
+    return shape.model_copy(update={"name": name})

@@ -57,7 +57,7 @@ def connected(url: str, as_json: bool = False) -> Iterator[Client]:
 
 def leave(error: Exception, as_json: bool = False, file: str | None = None) -> NoReturn:
     """Report an error, with the file it concerns, and exit."""
-    message = str(error) if file is None else f"{file}: {error}"
+    message = _reason(error) if file is None else f"{file}: {_reason(error, file)}"
     if isinstance(error, InvalidRequest) and not as_json:
         message = by_options(error)
     if isinstance(error, ConnectionFailed):
@@ -76,6 +76,14 @@ def leave(error: Exception, as_json: bool = False, file: str | None = None) -> N
     elif isinstance(error, JobFailed | JobCancelled):
         code = NO_RESULT
     raise typer.Exit(code) from None
+
+
+def _reason(error: Exception, file: str | None = None) -> str:
+    """Say what is wrong, without the number of an error of the system, and with its file once."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    named = error.filename is not None and str(error.filename) != file
+    return f"{error.filename}: {error.strerror}" if named else error.strerror
 
 
 @dataclass(frozen=True)
@@ -133,9 +141,10 @@ def problem_document(error: Exception, message: str) -> dict[str, Any]:
     """Return an error as a problem document; that of the service if it has one."""
     if isinstance(error, ProblemError | JobFailed) and error.problem is not None:
         return error.problem.model_dump(mode="json", exclude_none=True)
-    words = re.findall(r"[A-Z]+[a-z]*", type(error).__name__)
+    # "OSError" is "OS error".
+    first, *others = re.findall(r"[A-Z]+(?![a-z])|[A-Z][a-z]+", type(error).__name__)
     return {
-        "type": "urn:isomatch:client:" + "-".join(words).lower(),
-        "title": " ".join(words).capitalize(),
+        "type": "urn:isomatch:client:" + "-".join((first, *others)).lower(),
+        "title": " ".join((first, *map(str.lower, others))),
         "detail": message,
     }

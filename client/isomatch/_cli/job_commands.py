@@ -1,7 +1,7 @@
 """``isomatch jobs``: all jobs of the service."""
 
 from pathlib import Path
-from typing import Annotated, Final, cast
+from typing import Annotated, Final, Literal, TypeAlias
 
 import typer
 
@@ -48,6 +48,16 @@ Specimen = Annotated[
     ),
 ]
 
+JobKind: TypeAlias = Literal[
+    "match",
+    "batch",
+    "dissimilarities",
+    "prototype",
+    "transfer",
+    "registration",
+    "consistent_maps",
+]
+
 _AFTER_CANCEL: Final[dict[JobState, str]] = {
     "queued": "is queued",
     "running": "is being cancelled",
@@ -67,16 +77,20 @@ jobs = typer.Typer(
 @jobs.command("list")
 def list_jobs(
     state: Annotated[
-        str | None,
+        JobState | None,
         typer.Option(
-            help="Only jobs in this state: queued, running, succeeded, failed or cancelled."
+            "--state",
+            metavar="STATE",
+            help="Only jobs in this state: queued, running, succeeded, failed or cancelled.",
         ),
     ] = None,
     kind: Annotated[
-        str | None,
+        JobKind | None,
         typer.Option(
+            "--kind",
+            metavar="KIND",
             help="Only jobs of this kind: match, batch, dissimilarities, prototype, transfer,"
-            " registration or consistent_maps."
+            " registration or consistent_maps.",
         ),
     ] = None,
     of: Annotated[
@@ -89,7 +103,7 @@ def list_jobs(
 ) -> None:
     """List the jobs, newest first."""
     with connected(url, as_json) as client:
-        found = client.jobs(cast(JobState | None, state), kind=kind, of=of)
+        found = client.jobs(state, kind=kind, of=of)
         if as_json:
             echo_models(job.record.model_dump_json() for job in found)
         elif quiet:

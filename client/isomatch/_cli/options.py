@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, TypeVar
 
 import typer
 
-from isomatch._http import URL_VARIABLE
+from isomatch._http import URL_VARIABLE, url_or_default
 from isomatch._models import StructureChoice, structure_choice
 from isomatch._operations.results import ENDINGS, View
 
@@ -120,10 +120,22 @@ def registered_given(given: Path | None) -> Path | None:
 OUTPUT: Final = "Output and service"
 """Heading of the options that all commands have in common."""
 
+
+def _url_given(given: str) -> str:
+    try:
+        return url_or_default(given)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
 Url = Annotated[
     str,
     typer.Option(
-        "--url", envvar=URL_VARIABLE, help="Address of the service.", rich_help_panel=OUTPUT
+        "--url",
+        envvar=URL_VARIABLE,
+        callback=_url_given,
+        help="Address of the service.",
+        rich_help_panel=OUTPUT,
     ),
 ]
 AsJson = Annotated[

@@ -10,7 +10,7 @@ from typing_extensions import TypeVar
 from isomatch._clients.documented_as import documented_as
 from isomatch._clients.job import Job
 from isomatch._clients.recorded_job import RecordedJob
-from isomatch._http import AsyncTransport
+from isomatch._http import AsyncTransport, wait_given
 from isomatch._models import JobRecord
 from isomatch._operations import batches, jobs, registrations, results
 from isomatch._operations.batches import EndedMatches
@@ -47,8 +47,9 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
 
     @documented_as(Job.wait)
     async def wait(self, timeout: float | None = None) -> Self:
+        limit = wait_given(timeout)
         if not self.finished:
-            await self._transport.run(jobs.wait_for_job(self.id, timeout, self._remember))
+            await self._transport.run(jobs.wait_for_job(self.id, limit, self._remember))
         return self
 
     @documented_as(Job.events)
@@ -61,9 +62,10 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
 
     @documented_as(Job.result)
     async def result(self, progress: bool = False, timeout: float | None = None) -> ResultT:
+        limit = wait_given(timeout)
         if not self.finished:
             wait = jobs.watch_job if progress else jobs.wait_for_job
-            await self._transport.run(wait(self.id, timeout, self._remember))
+            await self._transport.run(wait(self.id, limit, self._remember))
         found = await self._transport.run(results.get_result(self._record))
         found._drawables = DrawableSource(_blocking_request(self._transport))
         return cast(ResultT, found)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, cast
 from typing_extensions import TypeVar
 
 from isomatch._clients.recorded_job import RecordedJob
-from isomatch._http import BlockingTransport
+from isomatch._http import BlockingTransport, wait_given
 from isomatch._models import JobRecord
 from isomatch._operations import batches, jobs, registrations, results
 from isomatch._operations.batches import EndedMatches
@@ -50,9 +50,12 @@ class Job(RecordedJob, Generic[ResultT]):
         ------
         WaitTimeout
             The job did not end within `timeout` seconds.
+        TypeError, ValueError
+            `timeout` is no number, or negative.
         """
+        limit = wait_given(timeout)
         if not self.finished:
-            self._transport.run(jobs.wait_for_job(self.id, timeout, self._remember))
+            self._transport.run(jobs.wait_for_job(self.id, limit, self._remember))
         return self
 
     def events(self) -> Generator[JobRecord]:
@@ -82,10 +85,13 @@ class Job(RecordedJob, Generic[ResultT]):
             The job was cancelled.
         WaitTimeout
             The job did not end within `timeout` seconds; it continues.
+        TypeError, ValueError
+            `timeout` is no number, or negative.
         """
+        limit = wait_given(timeout)
         if not self.finished:
             wait = jobs.watch_job if progress else jobs.wait_for_job
-            self._transport.run(wait(self.id, timeout, self._remember))
+            self._transport.run(wait(self.id, limit, self._remember))
         found = self._transport.run(results.get_result(self._record))
         found._drawables = DrawableSource(
             lambda drawn_id: self._transport.run(results.get_drawable(drawn_id))

@@ -47,7 +47,9 @@ class LandmarkJob:
             A match did not end within `timeout` seconds; it continues.
         ValueError
             The templates do not have the same landmarks, or some are in another coordinate system
-            (LPS or RAS) than their mesh.
+            (LPS or RAS) than their mesh; or `timeout` is negative.
+        TypeError
+            `timeout` is no number.
         """
         return self._transport.run(
             landmarks.get_landmarks(

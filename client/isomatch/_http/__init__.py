@@ -5,7 +5,7 @@ from isomatch._http.answers import checked, parsed, send, unexpected
 from isomatch._http.async_transport import AsyncTransport
 from isomatch._http.blocking_transport import BlockingTransport
 from isomatch._http.events import EventReader
-from isomatch._http.limits import retries_given, timeout_given
+from isomatch._http.limits import retries_given, timeout_given, wait_given
 from isomatch._http.operation import (
     Call,
     Item,
@@ -53,4 +53,5 @@ __all__ = [
     "timeout_given",
     "unexpected",
     "url_or_default",
+    "wait_given",
 ]

@@ -25,9 +25,13 @@ def url_or_default(given: str | None) -> str:
     if not url.startswith(("http://", "https://")):
         raise ValueError(f"the service's address must begin with http:// or https://, not {url!r}")
     try:
-        httpx2.URL(url)
+        address = httpx2.URL(url)
     except httpx2.InvalidURL as error:
         raise ValueError(f"the service's address {url!r} cannot be used: {error}") from error
+    if not address.host or any(map(str.isspace, url)):
+        raise ValueError(f"the service's address {url!r} is none such as {DEFAULT_URL}")
+    if address.port is not None and not 0 < address.port < 65536:
+        raise ValueError(f"the service's address {url!r} has no port from 1 to 65535")
     return url
 
 

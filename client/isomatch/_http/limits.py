@@ -24,6 +24,25 @@ def timeout_given(given: float | None) -> float | None:
     return float(given)
 
 
+def wait_given(given: float | None) -> float | None:
+    """Return the seconds to wait for a job or an upload; None for no limit.
+
+    Raises
+    ------
+    TypeError
+        It is no number.
+    ValueError
+        It is negative or nan.
+    """
+    if given is None:
+        return None
+    if not isinstance(given, Real):
+        raise TypeError(f"timeout must be a number of seconds or None, not {given!r}")
+    if not given >= 0.0:
+        raise ValueError(f"timeout must be 0 or more, not {given!r}; None is no limit")
+    return float(given)
+
+
 def retries_given(given: int) -> int:
     """Return the greatest number of repetitions of a request.
 

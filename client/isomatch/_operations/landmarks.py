@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final, cast
 
 from isomatch._errors import IsomatchError
-from isomatch._http import Operation
+from isomatch._http import Operation, wait_given
 from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, carried_landmarks
 from isomatch._models import JobRecord, MatchParameters, Shape
 from isomatch._operations.jobs import cancel_job, start_match, wait_for_job, watch_job
@@ -58,11 +58,12 @@ def get_landmarks(
     timeout
         Seconds to wait for each match; None for no limit.
     """
+    limit = wait_given(timeout)
     matches, surfaces = [], []
     wait = watch_job if progress else wait_for_job
     for one, job_id in zip(templates, job_ids, strict=True):
         records: list[JobRecord] = []
-        yield from wait(job_id, timeout, records.append)
+        yield from wait(job_id, limit, records.append)
         matches.append(cast(Match, (yield from get_result(records[-1]))))
         surfaces.append((yield from get_geometry(one.shape)))
     landmarks = [one.landmarks for one in templates]

@@ -7,7 +7,7 @@ from typing import Final
 import httpx2
 
 from isomatch._errors import UnexpectedResponse, WaitTimeout
-from isomatch._http import Call, Operation, Pause, send
+from isomatch._http import Call, Operation, Pause, send, wait_given
 from isomatch._operations.request_parts import HELD
 from isomatch._upload import MeshFile
 
@@ -41,15 +41,18 @@ def upload(
     ------
     WaitTimeout
         It was not read within `timeout` seconds.
+    TypeError, ValueError
+        `timeout` is no number, or negative.
     """
+    limit = wait_given(timeout)
     started = time.monotonic()
     with source as file:
         form = {} if name is None else {"name": name}
         called = name or file.name
         response = yield from send(Call("POST", path, file=file, form=form, patience=HELD))
     while response.status_code == 202:
-        if timeout is not None and time.monotonic() - started >= timeout:
-            raise WaitTimeout(f"reading {called}", timeout)
+        if limit is not None and time.monotonic() - started >= limit:
+            raise WaitTimeout(f"reading {called}", limit)
         yield Pause(VALIDATION_POLL)
         location = response.headers.get("location")
         if location is None:

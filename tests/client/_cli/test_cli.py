@@ -19,6 +19,7 @@ from typing import Any
 import isomatch
 import pytest
 from isomatch._cli import named_upload
+from isomatch._cli.exit_codes import problem_document
 from isomatch._cli.transfer_command import READ, WRITTEN
 from isomatch._results import KINDS, TransferKind
 
@@ -214,6 +215,10 @@ def test_the_file_that_is_refused_is_named(
     assert (problem["file"], problem["status"]) == (str(text), 422)
     # Others have their ids.
     assert (done.returncode, len(json.loads(done.stdout))) == (1, 2)
+    missing = tmp_path / "missing.off"
+    done = run("upload", "--quiet", missing, url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == f"isomatch: {missing}: No such file or directory\n"
     # The format is that of the file, whatever name it is given; a pipe has none.
     assert run("upload", blobs[0], "--name", "anything", url=url).returncode == 0
     assert "--file-type off" in run("upload", "-", url=url).stderr
@@ -368,6 +373,18 @@ def test_refusals_are_problem_documents_with_json(url: str, blobs: tuple[Path, P
     assert [wrong["field"] for wrong in problem["errors"]] == ["body.points"]
 
 
+def test_errors_of_the_client_have_titles_in_words() -> None:
+    titles = {
+        OSError(28, "No space left on device"): "OS error",
+        FileNotFoundError(2, "No such file"): "File not found error",
+        isomatch.WaitTimeout("a job", 1.0): "Wait timeout",
+    }
+    for error, title in titles.items():
+        document = problem_document(error, "message")
+        assert (document["title"], document["detail"]) == (title, "message")
+        assert document["type"].rsplit(":", 1)[1] == title.lower().replace(" ", "-")
+
+
 def test_refusals_name_the_options(url: str, blobs: tuple[Path, Path]) -> None:
     wrong = ("--points", "2", "--first-order-weight", "-1")
     said = run("match", *blobs, *wrong, url=url).stderr
@@ -392,9 +409,22 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
         ["match", __file__, __file__, "--picture", tmp_path / "match.png", "--view", "up"],
         ["jobs", "result", "nothing", "--alternative", "1"],
         ["jobs", "list", "--of", "a.off"],
+        ["jobs", "list", "--state", "done"],
+        ["jobs", "list", "--kind", "maps"],
     ):
         done = run(*command, url=url)
         assert (done.returncode, done.stdout) == (2, "")
+    for address in (
+        "localhost",
+        "ftp://host",
+        "http://",
+        "http://a b",
+        "http://host:99999",
+        "http://host:x",
+    ):
+        done = run("shapes", url=address)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "--url" in done.stderr
     assert run_process("frobnicate", url=url).returncode == 2
     assert run("--version", url=url).stdout.split() == ["isomatch", isomatch.__version__]
     shown = run("--help", url=url)
@@ -573,7 +603,6 @@ def test_no_service() -> None:
     as_json = run("shapes", "--json", url=f"http://127.0.0.1:{port}")
     assert (as_json.returncode, as_json.stdout) == (3, "")
     assert json.loads(as_json.stderr)["type"] == "urn:isomatch:client:connection-failed"
-    assert run("shapes", url="localhost").returncode == 1
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
