@@ -40,6 +40,7 @@ from service.http import (
     UploadCancelled,
     UploadTooLarge,
     responses,
+    short,
 )
 from service.jobs import IdempotencyKey, Job
 from service.names import LONGEST, showable
@@ -53,22 +54,28 @@ UploadName = Annotated[
 ]
 
 
-async def _each_part_once(request: Request) -> None:
+_PARTS: Final = ("file", "name")
+
+
+async def _known_parts_once(request: Request) -> None:
     form = await request.form()
-    repeated = sorted({name for name in form if len(form.getlist(name)) > 1})
-    if repeated:
-        message = "the form has several parts of this name; send one"
+    wrong = {
+        name: "The form has several parts of this name; send one"
+        if name in _PARTS
+        else f"There is no such part of this form; it has {' and '.join(_PARTS)}"
+        for name in sorted(form)
+        if name not in _PARTS or len(form.getlist(name)) > 1
+    }
+    if wrong:
+        named = list(wrong.items())[:MOST_FIELDS]
         raise InvalidRequest(
             INVALID,
-            tuple(
-                FieldProblem(field=f"body.{name}", message=message)
-                for name in repeated[:MOST_FIELDS]
-            ),
+            tuple(FieldProblem(field=short(f"body.{name}"), message=text) for name, text in named),
         )
 
 
-EachPartOnce: Final = Depends(_each_part_once)
-"""Refuses a form that has a part twice: it would be unclear which of two files was used."""
+KnownPartsOnce: Final = Depends(_known_parts_once)
+"""Refuses a form with other parts, or with a part twice: what they are for would be ignored."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from service.http.body_limit import BodyLimit
 from service.http.content_disposition import attachment
 from service.http.file_responses import file_response
 from service.http.head_requests import HeadLikeGet, body_wanted
-from service.http.negotiation import AcceptEncoding, etag_matches, gzip_response
+from service.http.negotiation import AcceptEncoding, etag_matches, gzip_response, weak_etag
 from service.http.paging import Cursor, Limit, page_of
 from service.http.problem_documents import binary_file, responses
 from service.http.problems import (
@@ -56,7 +56,7 @@ from service.http.security import (
     Authentication,
     KeyRing,
 )
-from service.http.validation_errors import MOST_FIELDS
+from service.http.validation_errors import MOST_FIELDS, short
 
 __all__ = [
     "INVALID",
@@ -118,4 +118,6 @@ __all__ = [
     "known_parameters",
     "page_of",
     "responses",
+    "short",
+    "weak_etag",
 ]

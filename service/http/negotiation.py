@@ -42,7 +42,12 @@ def _takes_gzip(accept_encoding: str) -> bool:
     return False
 
 
+def weak_etag(version: str) -> str:
+    """Return the entity tag of a version, weak as bodies with and without gzip share it."""
+    return f'W/"{version}"'
+
+
 def etag_matches(if_none_match: str, etag: str) -> bool:
-    """Return whether a header ``If-None-Match`` lists an entity tag."""
+    """Return whether a header ``If-None-Match`` lists an entity tag, compared weakly."""
     tags = [tag.strip().removeprefix("W/") for tag in if_none_match.split(",")]
-    return "*" in tags or etag in tags
+    return "*" in tags or etag.removeprefix("W/") in tags

@@ -9,15 +9,16 @@ from service.http.validation_errors import MOST_FIELDS, short
 
 
 async def known_parameters(request: Request) -> None:
-    """Dependency that refuses parameters that an operation under ``/v1`` does not have.
+    """Dependency that refuses parameters unknown to an operation under ``/v1``, and repeated ones.
 
-    A misspelt filter or view would be answered as if it were not there. The page and the probes
-    take any: other programs decorate their addresses.
+    A misspelt filter or view would be answered as if it were not there, and so would the first of
+    two values. The page and the probes take any: other programs decorate their addresses.
 
     Raises
     ------
     InvalidRequest
-        The operation has no such parameter; the message lists those that it has.
+        The operation has no such parameter, of which the message lists those that it has; or a
+        parameter is repeated.
     """
     if not request.query_params or not request.url.path.startswith(f"{PROTECTED}/"):
         return
@@ -26,13 +27,16 @@ async def known_parameters(request: Request) -> None:
     every = operation.get("parameters", ())
     known = sorted(one["name"] for one in every if one["in"] == "query")
     takes = f"it takes {', '.join(known)}" if known else "it takes none"
-    unknown = [name for name in request.query_params if name not in known]
-    fields = tuple(
-        FieldProblem(
-            field=short(f"query.{name}"),
-            message=f"There is no such parameter at this address; {takes}",
+    wrong = {
+        name: "The address has this parameter several times; give it once"
+        if name in known
+        else f"There is no such parameter at this address; {takes}"
+        for name in request.query_params
+        if name not in known or len(request.query_params.getlist(name)) > 1
+    }
+    if wrong:
+        named = list(wrong.items())[:MOST_FIELDS]
+        raise InvalidRequest(
+            INVALID,
+            tuple(FieldProblem(field=short(f"query.{name}"), message=text) for name, text in named),
         )
-        for name in unknown[:MOST_FIELDS]
-    )
-    if fields:
-        raise InvalidRequest(INVALID, fields)

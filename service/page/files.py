@@ -8,6 +8,8 @@ from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 from typing import Final
 
+from service.http import weak_etag
+
 STATIC: Final = Path(__file__).with_name("static")
 PLOTLY: Final = "plotly.min.js"
 """plotly.js, from the data of the Python package plotly, whose Python code is not imported."""
@@ -66,5 +68,5 @@ def _read(path: Path) -> PageFile:
     return PageFile(
         packed=gzip.compress(data, compresslevel=6, mtime=0),
         media_type=MEDIA_TYPES[path.suffix],
-        etag=f'"{hashlib.sha256(data).hexdigest()[:20]}"',
+        etag=weak_etag(hashlib.sha256(data).hexdigest()[:20]),
     )

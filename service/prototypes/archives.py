@@ -30,7 +30,7 @@ from service.http import (
 from service.names import LONGEST, base_name
 from service.prototypes.lookup import PrototypeId, missing_prototype
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
-from service.uploads import EachPartOnce, SenderOf, UploadKind, UploadName
+from service.uploads import KnownPartsOnce, SenderOf, UploadKind, UploadName
 
 PROTOTYPES: Final = "/v1/prototypes"
 PATH: Final = "/v1/prototype-archives"
@@ -52,7 +52,7 @@ UPLOADS: Final = UploadKind[PrototypeRecord](
         UnusablePrototype,
     ),
     operation_id="upload_prototype",
-    dependencies=[EachPartOnce],
+    dependencies=[KnownPartsOnce],
 )
 async def upload_prototype(
     sender: SenderOf,

@@ -29,7 +29,7 @@ from service.http import (
 from service.names import LONGEST, base_name
 from service.shapes.lookup import ShapeId, missing_shape
 from service.shapes.schemas import Shape, ShapePage
-from service.uploads import EachPartOnce, SenderOf, UploadKind, UploadName
+from service.uploads import KnownPartsOnce, SenderOf, UploadKind, UploadName
 
 PATH: Final = "/v1/shapes"
 
@@ -48,7 +48,7 @@ _UPLOADS: Final = UploadKind[ShapeRecord](
         Shape, "The same bytes were uploaded before", UnusableMesh, UnsupportedFormat
     ),
     operation_id="upload_shape",
-    dependencies=[EachPartOnce],
+    dependencies=[KnownPartsOnce],
 )
 async def upload_shape(
     sender: SenderOf,

@@ -18,6 +18,7 @@ from service.http import (
     file_response,
     gzip_response,
     responses,
+    weak_etag,
 )
 from service.shapes.lookup import ShapeId, missing_shape
 
@@ -75,7 +76,7 @@ def get_geometry(
     record = service.store.shapes.get(shape)
     if record is None:
         raise missing_shape(service, shape)
-    etag = f'"{shape}-{int(1e6 * record.created.timestamp()):x}"'
+    etag = weak_etag(f"{shape}-{int(1e6 * record.created.timestamp()):x}")
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
     if etag_matches(if_none_match or "", etag):
         return Response(status_code=304, headers=headers)

@@ -26,7 +26,7 @@ from service.http import (
 )
 from service.names import ID_PATTERN, LONGEST, base_name
 from service.transfers.schemas import Attributes
-from service.uploads import EachPartOnce, SenderOf, UploadKind, UploadName
+from service.uploads import KnownPartsOnce, SenderOf, UploadKind, UploadName
 
 PATH: Final = "/v1/attributes"
 
@@ -46,7 +46,7 @@ AttributesId = Annotated[str, Path(description="Id of the attribute file.", patt
         Attributes, "The same bytes were uploaded before", UnusableAttributes, UnsupportedFormat
     ),
     operation_id="upload_attributes",
-    dependencies=[EachPartOnce],
+    dependencies=[KnownPartsOnce],
 )
 async def upload_attributes(
     sender: SenderOf,

@@ -52,6 +52,7 @@ def document(app: FastAPI) -> dict[str, Any]:
         for call in calls.values():
             call["responses"].pop("422", None)
     _mark_files(components)
+    _close_forms(components)
     _require_keys(schema)
     illustrate(schema)
     schema["components"]["schemas"] = dict(sorted(components.items()))
@@ -84,6 +85,13 @@ def _mark_files(node: Any) -> None:
     elif isinstance(node, list):
         for child in node:
             _mark_files(child)
+
+
+def _close_forms(components: dict[str, Any]) -> None:
+    # The service refuses other parts, which FastAPI's schemas of forms permit.
+    for name, schema in components.items():
+        if name.startswith("Body_"):
+            schema["additionalProperties"] = False
 
 
 def text(app: FastAPI) -> str:

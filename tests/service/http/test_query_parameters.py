@@ -33,6 +33,13 @@ def test_unknown_parameters_are_refused(
     assert all(takes in one["message"] for one in errors)
 
 
+def test_repeated_parameters_are_refused(http: httpx2.Client) -> None:
+    asked = "/v1/jobs?state=queued&limit=1&state=failed&limit=1&kind=match"
+    errors = problem(http.get(asked), 422, "invalid-request")["errors"]
+    assert [one["field"] for one in errors] == ["query.state", "query.limit"]
+    assert all("several times" in one["message"] for one in errors)
+
+
 def test_few_of_many_are_named_and_briefly(http: httpx2.Client) -> None:
     asked = {f"{number:03}" + 300 * "x": "1" for number in range(50)}
     errors = problem(http.get("/v1/jobs", params=asked), 422, "invalid-request")["errors"]

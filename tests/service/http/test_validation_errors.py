@@ -226,6 +226,15 @@ def test_without_a_body_it_does_not_matter_how_that_is_encoded(http: httpx2.Clie
     problem(answer, 415, "encoded-body")
 
 
+@pytest.mark.parametrize("path", ["/v1/shapes", "/v1/prototype-archives", "/v1/attributes"])
+def test_a_form_has_no_other_parts(http: httpx2.Client, path: str) -> None:
+    files = [("file", ("a.off", b"OFF")), ("mesh", ("b.off", b"OFF"))]
+    refused = http.post(path, files=files, data={"nmae": "x", "k" * 300: "x"})
+    named = fields(problem(refused, 422, "invalid-request"))
+    assert list(named) == [f"body.{'k' * 92}...", "body.mesh", "body.nmae"]
+    assert set(named.values()) == {"There is no such part of this form; it has file and name"}
+
+
 @pytest.mark.parametrize("path", ["/v1/shapes", "/v1/prototype-archives"])
 def test_a_form_has_each_part_once(http: httpx2.Client, path: str) -> None:
     files = [("file", ("a.off", b"OFF")), ("file", ("b.off", b"OFF"))]
