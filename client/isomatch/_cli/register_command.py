@@ -8,7 +8,15 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, Failures, connected
 from isomatch._cli.job_runs import cancelled_by_interrupt, result_stays
-from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given
+from isomatch._cli.options import (
+    AsJson,
+    Mesh,
+    Meshes,
+    Url,
+    Wait,
+    files_given,
+    output_folder_given,
+)
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._cli.uploads import shape_name, uploaded, usable
 from isomatch._clients import Job
@@ -17,17 +25,20 @@ from isomatch._results import Registration
 
 PICTURE = "components.png"
 ARRAYS = "components.npz"
+SCORES = "scores.csv"
 
 
 def register(
     template: Mesh,
     specimens: Meshes,
     folder: Annotated[
-        Path,
+        Path | None,
         typer.Option(
-            "--output", "-o", callback=folder_given, help="Folder of the files, made if missing."
+            "--output",
+            "-o",
+            help="Folder of the files, made if missing; required unless with --no-wait.",
         ),
-    ],
+    ] = None,
     scale: Annotated[
         bool, typer.Option("--scale", help="Scale the specimens to a common size for the mean.")
     ] = False,
@@ -35,46 +46,67 @@ def register(
         bool, typer.Option("--largest-component", help="Take the largest of several components.")
     ] = False,
     as_json: AsJson = False,
+    wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Register a template to specimens: its vertices and triangles on the surface of each.
 
-    The folder gets a PLY file for each specimen, in its own coordinates, mean.ply, components.npz
-    and a picture of the components. A specimen that cannot be registered is named.
+    The folder gets a PLY file for each specimen, in its own coordinates, mean.ply, components.npz,
+    scores.csv and a picture of the components. A specimen that cannot be registered is named.
     """
     inputs = [template, *specimens]
     files = [Path(one).stem for one in specimens if Path(one).is_file()]
-    files_given(folder, _files(files), inputs)
+    if folder is None and wait:
+        raise typer.BadParameter("name a folder, or use --no-wait", param_hint="--output")
+    if folder is not None and not wait:
+        raise typer.BadParameter(
+            "with --no-wait there is no result to write; leave it out, and use `isomatch jobs"
+            " result ID --output components.npz --registered NAME.ply --specimen N` later",
+            param_hint="--output",
+        )
+    if folder is not None:
+        files_given(output_folder_given(folder), _files(files), inputs)
     with connected(url, as_json) as client:
         (source,) = uploaded(client, [template], as_json)
         failures = Failures(as_json)
         given = usable(client, specimens, failures)
         shapes = [shape for _, shape in given]
         names = [Path(shape_name(*one)).stem for one in given]
-        _check_names(names)
-        # Names of shapes that were given by their ids are known by now.
-        files_given(folder, _files(names), inputs)
+        if folder is not None:
+            _check_names(names)
+            # Names of shapes that were given by their ids are known by now.
+            files_given(folder, _files(names), inputs)
 
         def start() -> Job[Registration]:
             return client.register(source, shapes, scale=scale, largest_component=largest_component)
 
+        found: Registration | None = None
         with cancelled_by_interrupt(start, client.base_url, as_json) as job:
-            found: Registration = job.result(progress=not as_json)
-            with result_stays(job, as_json):
-                found.save_meshes(folder, names)
-                job.save_picture(folder / PICTURE)
-            if as_json:
-                typer.echo(found.to_json())
+            if folder is None:
+                typer.echo(job.record.model_dump_json() if as_json else job.id)
             else:
-                print_registration(found, render.standard_output())
+                found = _finish(job, folder, names, as_json)
         failures.check()
-        if not all(one.registered for one in found.specimens):
+        if found is not None and not all(one.registered for one in found.specimens):
             raise typer.Exit(REFUSED)
+
+
+def _finish(job: Job[Registration], folder: Path, names: list[str], as_json: bool) -> Registration:
+    """Wait for a registration, write its files, and print it."""
+    found = job.result(progress=not as_json)
+    with result_stays(job, as_json):
+        found.save_meshes(folder, names)
+        job.save_picture(folder / PICTURE)
+    if as_json:
+        typer.echo(found.to_json())
+    else:
+        print_registration(found, render.standard_output())
+    return found
 
 
 def _files(names: list[str]) -> list[str]:
     """Names of the files that are written for specimens with these names."""
-    return [PICTURE, ARRAYS, *(f"{name}.ply" for name in ("mean", *names))]
+    return [PICTURE, ARRAYS, SCORES, *(f"{name}.ply" for name in ("mean", *names))]
 
 
 def _check_names(names: list[str]) -> None:

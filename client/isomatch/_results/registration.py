@@ -1,5 +1,6 @@
 """Templates registered to specimens, and the statistics of the specimens' shapes."""
 
+import csv
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -183,7 +184,10 @@ class Registration(ArrayResult):
         return found
 
     def save_meshes(self, folder: str | os.PathLike[str], names: Sequence[str] = ()) -> list[Path]:
-        """Write a PLY file for each registered specimen, ``mean.ply`` and ``components.npz``.
+        """Write a PLY file for each registered specimen, ``mean.ply``, and the components.
+
+        ``components.npz`` has the arrays, ``scores.csv`` a row for each specimen: its name and its
+        coordinates in the components, which are empty if it was not registered.
 
         Parameters
         ----------
@@ -217,7 +221,14 @@ class Registration(ArrayResult):
         archive = Path(folder) / "components.npz"
         assert self._archive is not None
         archive.write_bytes(self._archive)
-        return [*paths, archive]
+        table = Path(folder) / "scores.csv"
+        with table.open("w", encoding="utf-8", newline="") as file:
+            rows = csv.writer(file, lineterminator="\n")
+            numbers = range(1, len(self.components) + 1)
+            rows.writerow(("specimen", *(f"pc{number}" for number in numbers)))
+            for name, one in zip(named, self.specimens, strict=True):
+                rows.writerow((name, *(one.scores or [""] * len(self.components))))
+        return [*paths, archive, table]
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         raise ValueError("a registration has no figure; job.picture() has one of the components")

@@ -1,5 +1,6 @@
 """Registrations by the SDK and the command line, against the running service."""
 
+import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,19 @@ def test_registered_templates_are_arrays_and_files(
     assert found.scores.shape == (2, 1)
     np.testing.assert_allclose(found.scores[:, 0], [one.scores[0] for one in found.specimens])
     files = found.save_meshes(tmp_path / "out")
-    assert [path.name for path in files] == ["b.ply", "a.ply", "mean.ply", "components.npz"]
+    assert [path.name for path in files] == [
+        "b.ply",
+        "a.ply",
+        "mean.ply",
+        "components.npz",
+        "scores.csv",
+    ]
+    rows = list(csv.reader(files[-1].read_text().splitlines()))
+    assert [row[0] for row in rows] == ["specimen", "b", "a"]
+    assert rows[0][1:] == ["pc1"]
+    np.testing.assert_array_equal(
+        [float(row[1]) for row in rows[1:]], [one.scores[0] for one in found.specimens]
+    )
     opened: Any = trimesh.load(files[0], process=False)
     np.testing.assert_allclose(opened.vertices, found.positions[0])
     job.save_registered(tmp_path / "b.glb", 0)
@@ -71,12 +84,29 @@ def test_the_command_writes_a_file_for_each_specimen(
     with isomatch.Client(url) as client:
         assert client.job(job_id).kind == "registration"
     names = {path.name for path in out.iterdir()}
-    assert names == {"b.ply", "mean.ply", "components.npz", "components.png"}
+    assert names == {"b.ply", "mean.ply", "components.npz", "components.png", "scores.csv"}
+    rows = (out / "scores.csv").read_text().splitlines()
+    assert [row.split(",")[0] for row in rows] == ["specimen", "b", "coarse"]
+    assert not rows[2].removeprefix("coarse").strip(",")
     opened: Any = trimesh.load(out / "b.ply", process=False)
     np.testing.assert_array_equal(opened.faces, FIRST.faces)
     done = run("register", blobs[0], blobs[1], "-o", out, "--json", url=url)
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout)["specimens"][0]["flipped"] == 0
+
+
+def test_the_command_leaves_the_job_to_run(
+    client: isomatch.Client, url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    left = run("register", *blobs, "--no-wait", url=url)
+    assert left.returncode == 0, left.stderr
+    assert client.job(left.stdout.strip()).kind == "registration"
+    client.job(left.stdout.strip()).cancel()
+    unusable: list[list[str | Path]] = [["--no-wait", "-o", tmp_path], []]
+    for wrong in unusable:
+        refused = run("register", *blobs, *wrong, url=url)
+        assert (refused.returncode, refused.stdout) == (2, "")
+        assert "--output" in refused.stderr
 
 
 def test_the_result_is_printed_and_written_again(
