@@ -114,13 +114,13 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     `dense_barycentric`, the last to four decimals, the other direction as `inverse_target`,
     `inverse_source`, `inverse_faces` and `inverse_barycentric`, `refined_vertices` and
     `refined_weights`. For a transfer: an array for each attribute, row i of vertex i of the
-    target's file; `joint_names` of the columns of skinning `weights`; of landmarks `vertices` and
-    `weights`. For a registration: `shapes` (M,) of the specimens registered, `faces` (F, 3),
-    `positions` (M, W, 3) of the template on each, row i of vertex i of the template's file, `mean`
-    (W, 3), `components` (C, W, 3), `variances` (C,), `explained` (C,) and `scores` (M, C). For
-    consistent maps: `shapes` (N,), and `map_I_J` (V,) for the places I, J of each mapped pair, both
-    ways: row v is the vertex of the file of shape J that vertex v of the file of shape I goes to,
-    -1 for vertices that are not matched.
+    target's file; `joint_names` of the columns of skinning `weights`, and `joint_parents`, their
+    columns, -1 for none; of landmarks `vertices` and `weights`. For a registration: `shapes` (M,)
+    of the specimens registered, `faces` (F, 3), `positions` (M, W, 3) of the template on each, row
+    i of vertex i of the template's file, `mean` (W, 3), `components` (C, W, 3), `variances` (C,),
+    `explained` (C,) and `scores` (M, C). For consistent maps: `shapes` (N,), and `map_I_J` (V,) for
+    the places I, J of each mapped pair, both ways: row v is the vertex of the file of shape J that
+    vertex v of the file of shape I goes to, -1 for vertices that are not matched.
     """
     record = job_with_result(service, job_id)
     if not record.kind.has_arrays:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import OptionError, TransferError
 from solver.transfer.overlap import FACES, VERTICES
-from solver.transfer.skinning import normalised_weights, strongest_weights
+from solver.transfer.skinning import normalised_weights, parents_among, strongest_weights
 
 SCALARS: Final = "scalars"
 VECTORS: Final = "vectors"
@@ -47,12 +47,16 @@ class Attribute:
     on
         `VERTICES`, `FACES` or `CORNERS`; None if the file does not say, so that the number of rows
         decides.
+    parents
+        Of skinning weights, the column of the parent of each joint, -1 for none; empty if they are
+        not known.
     """
 
     name: str
     values: npt.NDArray[Any]
     columns: tuple[str, ...] = ()
     on: str | None = None
+    parents: tuple[int, ...] = ()
 
     @property
     def width(self) -> int:
@@ -171,7 +175,7 @@ def carried(
     if kind == LABELS:
         missing = "" if attribute.is_text else -1
         found = along.spread(along.majority(values), missing)
-        return Attribute(attribute.name, found, attribute.columns, onto)
+        return replace(attribute, values=found, on=onto)
     numbers = values.astype(np.float64)
     if np.isinf(numbers).any():
         row = int(np.argwhere(np.isinf(numbers))[0, 0])
@@ -182,7 +186,7 @@ def carried(
         means = normalised_weights(strongest_weights(means, influences))
     else:
         means = _known_means(along, numbers, known)
-    return Attribute(attribute.name, along.spread(means, np.nan), attribute.columns, onto)
+    return replace(attribute, values=along.spread(means, np.nan), on=onto)
 
 
 def _known_means(along: Along, values: FloatArray, known: BoolArray) -> FloatArray:
@@ -231,7 +235,8 @@ def _skin(attributes: Sequence[Attribute], names: Sequence[str]) -> Attribute:
         raise OptionError("names", message)
     places = [columns.index(name) for name in names] if names else list(range(len(columns)))
     chosen = tuple(columns[place] for place in places)
-    return Attribute(skin.name, skin.values[:, places], chosen, skin.on)
+    parents = parents_among(skin.parents, places) if skin.parents else ()
+    return replace(skin, values=skin.values[:, places], columns=chosen, parents=parents)
 
 
 def _there_of_kinds(attributes: Sequence[Attribute]) -> str:

@@ -1,5 +1,7 @@
 """Skinning weights: the shares of joints in the movement of each vertex, of sum 1."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from solver.arrays import FloatArray
@@ -57,3 +59,29 @@ def strongest_weights(weights: FloatArray, count: int | None) -> FloatArray:
     found = np.zeros_like(weights)
     np.put_along_axis(found, kept, np.take_along_axis(weights, kept, axis=1), axis=1)
     return found
+
+
+def parents_among(
+    parents: Sequence[int] | Mapping[int, int], joints: Sequence[int]
+) -> tuple[int, ...]:
+    """Return the parents of some joints among these: the nearest ancestor of each that is there.
+
+    Parameters
+    ----------
+    parents
+        Number of the parent of each joint of a tree, -1 for none.
+    joints
+        Numbers of the joints.
+
+    Returns
+    -------
+    Places in `joints`, -1 for none.
+    """
+    place = {joint: number for number, joint in enumerate(joints)}
+    found = []
+    for joint in joints:
+        above = parents[joint]
+        while above >= 0 and above not in place:
+            above = parents[above]
+        found.append(place.get(above, -1))
+    return tuple(found)

@@ -3,6 +3,7 @@
 import csv
 import io
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import PurePath
 
 import numpy as np
@@ -98,7 +99,7 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     attributes = read_attributes(arrays, "npz")
     # The archive has no names of columns but those of joints.
     known = {one.name: one.columns for one in result.attributes}
-    named = tuple(Attribute(one.name, one.values, known[one.name], result.on) for one in attributes)
+    named = tuple(replace(one, columns=known[one.name], on=result.on) for one in attributes)
     if file_type == "csv":
         return write_csv(named)
     mesh = stored_mesh(result.target, store.shapes)

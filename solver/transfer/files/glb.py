@@ -21,6 +21,7 @@ from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.limits import check_size
 from solver.transfer.files.npz import dense_weights
+from solver.transfer.skinning import parents_among
 
 WHOLE: Final = 2.0**24
 """Whole numbers up to this are exact in single precision."""
@@ -29,9 +30,9 @@ WHOLE: Final = 2.0**24
 def read_glb_attributes(data: bytes) -> list[Attribute]:
     """Read the attributes of the vertices, numbered as :func:`solver.mesh.read_mesh` numbers them.
 
-    Numbers that are all whole become labels. Joints have the names of their nodes, and are one
-    where skins share a node. Vertices of meshes without an attribute have no value (nan), and no
-    weights (0).
+    Numbers that are all whole become labels. Joints have the names and the parents of their nodes,
+    and are one where skins share a node. Vertices of meshes without an attribute have no value
+    (nan), and no weights (0).
 
     Raises
     ------
@@ -133,7 +134,13 @@ def _skin(data: GltfData, parts: Sequence[_Part]) -> Attribute:
         known = [data.entry("nodes", node).get("name") for node in column]
         named = tuple(str(one or other) for one, other in zip(known, names, strict=True))
         names = named if len(set(named)) == len(named) else names
-    return Attribute(WEIGHTS_NAME, table, names)
+    if None in nodes:
+        return Attribute(WEIGHTS_NAME, table, names)
+    above = dict.fromkeys(range(len(data.tree["nodes"])), -1)
+    for number, node in enumerate(data.tree["nodes"]):
+        above |= dict.fromkeys(node.get("children", ()), number)
+    parents = parents_among(above, list(column))
+    return Attribute(WEIGHTS_NAME, table, names, parents=parents)
 
 
 def _joints_by_skin(data: GltfData, parts: Sequence[_Part]) -> dict[int | None, Sequence[int]]:

@@ -29,11 +29,12 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     """Return surfaces as a binary glTF file, a node each.
 
     Colours are COLOR_0, as bytes. Skinning weights are JOINTS_n and WEIGHTS_n, in sets of four, the
-    greatest first, and a skin whose joints lie in the middle of what they move. All others are
-    ``_NAME``, in single precision; those of text are numbers, and `extras` of the primitive has
-    the texts. Vertices of no face have zeros where they have no value. With attributes of faces,
-    which glTF has not, each triangle has vertices of its own. A shape that is far from the origin,
-    very large or very small is placed by its node, or by that of its joints. Normals are smooth.
+    greatest first, and a skin whose joints, below their parents, lie in the middle of what they
+    move. All others are ``_NAME``, in single precision; those of text are numbers, and `extras` of
+    the primitive has the texts. Vertices of no face have zeros where they have no value. With
+    attributes of faces, which glTF has not, each triangle has vertices of its own. A shape that is
+    far from the origin, very large or very small is placed by its node, or by that of its joints.
+    Normals are smooth.
 
     Raises
     ------
@@ -150,11 +151,18 @@ def _write_skin(
     middles = weights.T @ surface.vertices / np.where(totals > 0.0, totals, 1.0)[:, None]
     middles[totals <= 0.0] = surface.vertices.mean(axis=0)
     names = attribute.columns or numbered_joints(attribute.width)
-    nodes = [
-        file.append("nodes", {"name": name, "translation": middle})
-        for name, middle in zip(names, middles.tolist(), strict=True)
-    ]
-    root = file.append("nodes", {"name": "joints", "children": nodes, **placed})
+    parents = attribute.parents or (-1,) * len(names)
+    first = len(file.tree["nodes"])
+    children: dict[int, list[int]] = {}
+    for joint, parent in enumerate(parents):
+        children.setdefault(parent, []).append(first + joint)
+    for joint, (name, parent) in enumerate(zip(names, parents, strict=True)):
+        # Places of nodes are relative to their parents.
+        place = middles[joint] - (middles[parent] if parent >= 0 else 0.0)
+        below = {"children": children[joint]} if joint in children else {}
+        file.append("nodes", {"name": name, "translation": place.tolist(), **below})
+    nodes = list(range(first, first + len(names)))
+    root = file.append("nodes", {"name": "joints", "children": children[-1], **placed})
     file.tree["scenes"][0]["nodes"].append(root)
     inverse = np.tile(np.eye(4, dtype="<f4"), (len(nodes), 1, 1))
     inverse[:, 3, :3] = -middles  # column by column, so this is the last column

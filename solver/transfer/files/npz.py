@@ -16,6 +16,7 @@ from solver.transfer.files.limits import MOST_COLUMNS, MOST_VALUES, check_size, 
 
 _JOINTS: Final = "joints"
 _JOINT_NAMES: Final = "joint_names"
+_JOINT_PARENTS: Final = "joint_parents"
 _PLAIN: Final = "save arrays of numbers or text, as array.astype(str) or .astype(float)"
 _MOST_BYTES: Final = 2**28
 """Bytes of all arrays, unpacked."""
@@ -25,8 +26,8 @@ def read_npz(data: bytes) -> list[Attribute]:
     """Read the arrays of an archive: (V,) or (V, n), of numbers or text.
 
     `colors` are colours. `weights` (V, J) are skinning weights, with the names of the joints in
-    `joint_names` (J,) if they have some; or (V, k) with the numbers of the joints in `joints`
-    (V, k), as in glTF.
+    `joint_names` (J,) if they have some, and the numbers of their parents, -1 for none, in
+    `joint_parents` (J,); or (V, k) with the numbers of the joints in `joints` (V, k), as in glTF.
 
     Raises
     ------
@@ -38,15 +39,18 @@ def read_npz(data: bytes) -> list[Attribute]:
     weights = arrays.get(WEIGHTS_NAME)
     if weights is not None and _JOINTS in arrays:
         arrays[WEIGHTS_NAME] = dense_weights(arrays.pop(_JOINTS), weights)
+    parents = arrays.pop(_JOINT_PARENTS, None) if weights is not None else None
     attributes = []
     for name, array in arrays.items():
         values = _values(name, array)
         columns: tuple[str, ...] = ()
+        above: tuple[int, ...] = ()
         if name == COLORS_NAME and values.ndim == 2 and values.shape[1] in (3, 4):
             values = colors_in_range(values)
-        elif name == WEIGHTS_NAME and names is not None:
-            columns = _named(names, values)
-        attributes.append(Attribute(name, values, columns))
+        elif name == WEIGHTS_NAME:
+            columns = () if names is None else _named(names, values)
+            above = () if parents is None else _parents(parents, values)
+        attributes.append(Attribute(name, values, columns, parents=above))
     return attributes
 
 
@@ -56,11 +60,14 @@ def write_npz(attributes: Sequence[Attribute]) -> bytes:
     An attribute that is called as an array of the format is gets another name (:func:`.renamed`).
     """
     arrays = {one.name: one.values for one in attributes}
-    own = (_JOINTS, _JOINT_NAMES) if WEIGHTS_NAME in arrays else (_JOINT_NAMES,)
+    of_weights = (_JOINTS, _JOINT_PARENTS) if WEIGHTS_NAME in arrays else ()
+    own = (_JOINT_NAMES, *of_weights)
     arrays = renamed(arrays, own)
     for one in attributes:
         if one.name == WEIGHTS_NAME and one.columns:
             arrays[_JOINT_NAMES] = np.array(one.columns, dtype=np.str_)
+        if one.name == WEIGHTS_NAME and one.parents:
+            arrays[_JOINT_PARENTS] = np.array(one.parents, dtype=np.int64)
     return npz_bytes(arrays)
 
 
@@ -178,3 +185,22 @@ def _named(names: npt.NDArray[Any], values: npt.NDArray[Any]) -> tuple[str, ...]
     if values.ndim != 2 or len(found) != values.shape[1] or len(set(found)) < len(found):
         raise TransferError("`joint_names` must have a different name for each column of `weights`")
     return found
+
+
+def _parents(numbers: npt.NDArray[Any], values: npt.NDArray[Any]) -> tuple[int, ...]:
+    count = values.shape[1] if values.ndim == 2 else 0
+    sound = numbers.shape == (count,) and numbers.dtype.kind in "iu"
+    sound = sound and bool(((numbers >= -1) & (numbers < count)).all())
+    if sound:
+        # An ancestor of as many generations as there are joints is one of a cycle.
+        above = np.append(numbers.astype(np.int64), -1)
+        ancestors = above
+        for _ in range(count):
+            ancestors = above[ancestors]
+        sound = bool((ancestors == -1).all())
+    if not sound:
+        raise TransferError(
+            "`joint_parents` must have the number of the parent of each column of `weights`, -1"
+            " for none, without a cycle"
+        )
+    return tuple(numbers.tolist())

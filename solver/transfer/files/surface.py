@@ -61,10 +61,10 @@ class WrittenSurface:
         """Return the surface with vertices of its own for each triangle, which have its values."""
         corners = self.faces.ravel()
         attributes = tuple(
-            Attribute(
-                one.name,
-                one.values.repeat(3, axis=0) if one.on == FACES else one.values[corners],
-                one.columns,
+            replace(
+                one,
+                values=one.values.repeat(3, axis=0) if one.on == FACES else one.values[corners],
+                on=None,
             )
             for one in self.attributes
         )

@@ -191,7 +191,7 @@ def test_colours_of_the_shape_itself_in_every_format(http: httpx2.Client, match:
 
 def test_skinning_weights_as_a_skinned_surface(http: httpx2.Client, match: str) -> None:
     weights = np.random.default_rng(1).random((COUNT, 3))
-    skin = Attribute("weights", weights, ("hip", "knee", "foot"))
+    skin = Attribute("weights", weights, ("hip", "knee", "foot"), parents=(-1, 0, 1))
     data = write_surface(WrittenSurface.of(MESH, [skin]), "glb")
     uploaded = send(http, data, "rig.glb").json()
     assert uploaded["attributes"][0]["columns"] == ["hip", "knee", "foot"]
@@ -201,12 +201,14 @@ def test_skinning_weights_as_a_skinned_surface(http: httpx2.Client, match: str) 
     refused = problem(export(http, job, "obj"), 409, "job-without-result")
     assert "OBJ cannot hold skinning; choose one of NPZ, CSV, PLY, GLB" in refused["detail"]
     (found,) = read_attributes(export(http, job, "glb").content, "glb")
-    assert found.columns == ("hip", "knee", "foot")
+    assert (found.columns, found.parents) == (skin.columns, skin.parents)
     np.testing.assert_allclose(found.values.sum(axis=1), 1.0, atol=1e-6)
     few = carried(
         http, match, attributes=uploaded["id"], what="skinning", names=["foot", "hip"], influences=1
     )
     assert set(arrays_of(http, few)["weights"].ravel()) == {0.0, 1.0}
+    (chosen,) = read_attributes(export(http, few, "glb").content, "glb")
+    assert chosen.parents == (1, -1)
 
 
 def test_landmarks(http: httpx2.Client, match: str) -> None:

@@ -4,8 +4,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 
-from solver.transfer.files import read_attributes
+from solver.arrays import npz_bytes
+from solver.errors import TransferError
+from solver.mesh import read_mesh
+from solver.transfer import SKINNING, selected
+from solver.transfer.files import WrittenSurface, read_attributes, write_glb, write_npz
 from solver.transfer.files.glb_file import GlbFile
 
 TRIANGLE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
@@ -54,6 +59,35 @@ def test_joints_of_several_skins_are_those_of_their_nodes() -> None:
     assert found.columns == ("hip", "head", "left eye", "right eye")
     np.testing.assert_array_equal(found.values[:3], np.tile([0, 1, 0, 0], (3, 1)))
     np.testing.assert_array_equal(found.values[3:], np.tile([0, 0, 0.5, 0.5], (3, 1)))
+
+
+def test_joints_keep_their_parents_among_the_joints() -> None:
+    file = file_with_joints("left hand", "hip", "socket", "arm", "right hand")
+    # The socket is no joint: it is passed over.
+    for node, children in {1: [2], 2: [3], 3: [0, 4]}.items():
+        file.tree["nodes"][node]["children"] = children
+    skin = file.append("skins", {"joints": [0, 1, 3, 4]})
+    appended_node(file, influences([1, 2, 3, 0]), skin)
+    (found,) = read_attributes(file.to_bytes(), "glb")
+    assert found.columns == ("left hand", "hip", "arm", "right hand")
+    assert found.parents == (2, -1, 1, 2)
+    surface = WrittenSurface("s", TRIANGLE.astype(float), np.array([[0, 1, 2]]), (found,))
+    data = write_glb([surface])
+    (again,) = read_attributes(data, "glb")
+    assert (again.columns, again.parents) == (found.columns, found.parents)
+    # In the pose of the file the joints put the vertices where they are.
+    np.testing.assert_allclose(read_mesh(data, "glb").vertices, TRIANGLE, atol=1e-6)
+    (packed,) = read_attributes(write_npz([found]), "npz")
+    assert packed.parents == found.parents
+    (chosen,) = selected([packed], SKINNING, ["hip", "right hand"])
+    assert chosen.parents == (-1, 0)
+
+
+@pytest.mark.parametrize("parents", [[1, 0], [0, -1], [-2, 0], [2, -1], [-1], [-1.0, 0.0]])
+def test_parents_that_are_no_tree_are_refused(parents: list[int]) -> None:
+    arrays = {"weights": np.ones((3, 2)), "joint_parents": np.array(parents)}
+    with pytest.raises(TransferError, match="`joint_parents` must have"):
+        read_attributes(npz_bytes(arrays), "npz")
 
 
 def test_a_mesh_that_two_nodes_show_has_the_joints_of_each() -> None:
