@@ -12,6 +12,7 @@ from solver.mesh.textures import Paint, Texture, Wrap, tinted
 from solver.registration import DenseCorrespondence
 from solver.transfer.landmarks import Landmarks, surface_images
 from solver.transfer.overlap import in_chunks, mapped_faces
+from solver.transfer.texture_coordinates import faces_at_centres, with_materials
 
 _LARGEST = 2048
 """Greatest width of a baked image, in texels."""
@@ -73,8 +74,8 @@ def baked_texture(
 
     Returns
     -------
-    One texture, and texture coordinates of the faces of Y. Triangles with a corner that is not
-    mapped are black.
+    One texture, and texture coordinates of the faces of Y, whose materials are those that their
+    centres are mapped to. Triangles with a corner that is not mapped are black.
     """
     side = int(np.ceil(np.sqrt((target.n_faces + 1) // 2)))
     texels = np.sqrt(sum(float(np.prod(one.size)) for one in paint.textures))
@@ -93,12 +94,13 @@ def baked_texture(
     every = np.arange(target.n_faces)
     corners = np.array([(0, 0), (cell - 3, 0), (0, cell - 3)], dtype=np.int64)
     centres = _in_image(every, corners, cell, side) + 0.5
-    return Paint(
+    baked = Paint(
         centres / width,
         np.zeros((target.n_faces, 3)),
         np.zeros(target.n_faces, dtype=np.int64),
         (Texture(pixels, (Wrap.CLAMP, Wrap.CLAMP)),),
     )
+    return with_materials(baked, paint, *faces_at_centres(target, dense, source))
 
 
 def _power_of_two(size: float) -> int:

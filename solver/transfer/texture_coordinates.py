@@ -6,7 +6,7 @@ Its corners go from there to their images without crossing a seam, as far as the
 triangle is stretched over parts of the image that do not belong together.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,17 +45,53 @@ def carried_paint(
     colors = np.zeros((target.n_faces, 3))
     texture = np.full(target.n_faces, -1, dtype=np.int64)
     light = np.ones((target.n_faces, 3))
-    known = mapped_faces(target, dense)
+    known, faces = faces_at_centres(target, dense, source)
     corners = target.vertex_ids[target.faces[known]]
-    centres = Landmarks(corners, np.tile(_CENTRE, (len(known), 1)))
-    faces, _ = surface_images(centres, dense, source)
     colors[known], texture[known] = paint.colors[faces], paint.texture_of_face[faces]
     if paint.light is not None:
         light[known] = paint.light[faces]
     textured = texture[known] >= 0
     ends = _images(corners[textured].ravel(), dense, source)
     coordinates[known[textured]] = _on_one_side(faces[textured], ends, source, paint)
-    return Paint(coordinates, colors, texture, paint.textures, light)
+    found = Paint(coordinates, colors, texture, paint.textures, light)
+    return with_materials(found, paint, known, faces)
+
+
+def faces_at_centres(
+    target: TriangleMesh, dense: DenseCorrespondence, source: TriangleMesh
+) -> tuple[IntArray, IntArray]:
+    """Map the centres of triangles of Y to X.
+
+    Parameters
+    ----------
+    target, dense, source
+        As for :func:`carried_paint`.
+
+    Returns
+    -------
+    (n,) triangles of Y whose corners are mapped, and (n,) those of X that their centres lie in.
+    """
+    known = mapped_faces(target, dense)
+    corners = target.vertex_ids[target.faces[known]]
+    centres = Landmarks(corners, np.tile(_CENTRE, (len(known), 1)))
+    return known, surface_images(centres, dense, source)[0]
+
+
+def with_materials(found: Paint, paint: Paint, known: IntArray, faces: IntArray) -> Paint:
+    """Return the paint of Y with the materials of X.
+
+    Parameters
+    ----------
+    found, paint
+        Of Y, and of X.
+    known, faces
+        As :func:`faces_at_centres` returns them.
+    """
+    if paint.material_of_face is None:
+        return found
+    materials = np.full(len(found.texture_of_face), -1, dtype=np.int64)
+    materials[known] = paint.material_of_face[faces]
+    return replace(found, material_of_face=materials, materials=paint.materials)
 
 
 @dataclass(frozen=True, eq=False)

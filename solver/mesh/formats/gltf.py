@@ -27,7 +27,7 @@ from solver.mesh.formats.gltf_materials import GltfMaterial, GltfMaterials
 from solver.mesh.formats.gltf_scene import MODES, Placement, check_tree, scene_of
 from solver.mesh.formats.gltf_skins import GltfSkins, check_joints, influences, skinned
 from solver.mesh.repair import TriangleSoup
-from solver.mesh.textures import Paint, Texture, linear_light, painted_colors, tinted
+from solver.mesh.textures import Material, Paint, Texture, linear_light, painted_colors, tinted
 
 T = TypeVar("T")
 
@@ -299,7 +299,8 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
 def _paint(parts: Sequence[_Part]) -> Paint:
     """Colours and textures of all triangles, part after part."""
     textures: dict[Texture, int] = {}
-    coordinates, colors, numbers, lights = [], [], [], []
+    materials: dict[Material, int] = {}
+    coordinates, colors, numbers, lights, besides = [], [], [], [], []
     for part in parts:
         number, texture = -1, part.material.texture
         placed = np.zeros((len(part.faces), 3, 2))
@@ -310,10 +311,14 @@ def _paint(parts: Sequence[_Part]) -> Paint:
         colors.append(np.broadcast_to(part.material.color, (len(part.faces), 3)))
         numbers.append(np.full(len(part.faces), number, dtype=np.int64))
         lights.append(np.broadcast_to(part.material.light, (len(part.faces), 3)))
+        material = materials.setdefault(part.material.besides, len(materials))
+        besides.append(np.full(len(part.faces), material, dtype=np.int64))
     return Paint(
         np.concatenate(coordinates),
         np.concatenate(colors),
         np.concatenate(numbers),
         tuple(textures),
         np.concatenate(lights),
+        np.concatenate(besides),
+        tuple(materials),
     )

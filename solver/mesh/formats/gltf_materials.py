@@ -1,4 +1,4 @@
-"""Base colour factors and textures of glTF's materials."""
+"""Base colours, textures, metalness and roughness of glTF's materials."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -8,7 +8,7 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.mesh.formats.gltf_data import GltfData
-from solver.mesh.textures import ImageBudget, Texture, Wrap, display_values
+from solver.mesh.textures import ImageBudget, Material, Texture, Wrap, display_values
 
 _WRAPS = {33071: Wrap.CLAMP, 33648: Wrap.MIRROR, 10497: Wrap.REPEAT}
 _TRANSFORM = "KHR_texture_transform"
@@ -17,12 +17,14 @@ _SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 @dataclass(frozen=True, eq=False)
 class GltfMaterial:
-    """The base colour of a material.
+    """The base colour of a material, and what it has besides.
 
     Parameters
     ----------
     light
         (3,) base colour factor, of linear light.
+    besides
+        Its name, metalness and roughness.
     texture
         The texture that it multiplies; ``None`` for none.
     coordinates
@@ -32,6 +34,7 @@ class GltfMaterial:
     """
 
     light: FloatArray
+    besides: Material = field(default_factory=Material)
     texture: Texture | None = None
     coordinates: int = 0
     matrix: FloatArray = field(default_factory=lambda: np.eye(2, 3))
@@ -83,12 +86,14 @@ class GltfMaterials:
         if light.shape != (3,) or not np.isfinite(light).all():
             raise MeshError("a base colour of the glTF file is not three numbers; it is damaged")
         light = light.clip(0.0, 1.0)
+        besides = _besides(tree)
         if place is None:
-            return GltfMaterial(light)
+            return GltfMaterial(light, besides)
         texture = self._texture(self.data.entry("textures", place["index"]))
         transform = place.get("extensions", {}).get(_TRANSFORM, {})
         return GltfMaterial(
             light,
+            besides,
             texture,
             int(transform.get("texCoord", place.get("texCoord", 0))),
             _matrix(transform),
@@ -133,6 +138,22 @@ class GltfMaterials:
     def _note(self, note: str) -> None:
         if note not in self.notes:
             self.notes.append(note)
+
+
+def _besides(tree: Any) -> Material:
+    """Name and factors; those of an image, which is not read, and of other models are left out."""
+    name = str(tree.get("name", ""))
+    metallic = tree.get("pbrMetallicRoughness", {})
+    if (
+        not tree
+        or "metallicRoughnessTexture" in metallic
+        or _SPECULAR in tree.get("extensions", {})
+    ):
+        return Material(name)
+    factors = [float(metallic.get(f"{one}Factor", 1.0)) for one in ("metallic", "roughness")]
+    if not np.isfinite(factors).all():
+        raise MeshError("a factor of a material of the glTF file is not finite; it is damaged")
+    return Material(name, *np.clip(factors, 0.0, 1.0).tolist())
 
 
 def _matrix(transform: Any) -> FloatArray:

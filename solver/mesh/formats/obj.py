@@ -16,7 +16,7 @@ from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
 from solver.mesh.formats.materials import ObjMaterial, read_materials
 from solver.mesh.formats.text import decode, float_table, last_line_note, lines_of, plain_reason
 from solver.mesh.repair import TriangleSoup, triangulated
-from solver.mesh.textures import ImageBudget, Paint, Texture, painted_colors
+from solver.mesh.textures import ImageBudget, Material, Paint, Texture, painted_colors
 
 _OTHER_INDICES = re.compile(r"/\S*")
 
@@ -331,7 +331,8 @@ class _Painter:
         number = np.where(has, of_material[material], -1)
         coordinates[:, :, 1] = 1.0 - coordinates[:, :, 1]  # OBJ counts v from the last row upwards
         colors = np.array([one.color for one in materials])[material]
-        return Paint(coordinates, colors, number, tuple(present))
+        named = tuple(map(Material, self.lines.materials))
+        return Paint(coordinates, colors, number, tuple(present), None, material, named)
 
     def _coordinates(self) -> tuple[FloatArray, BoolArray]:
         """(corners, 2) texture coordinates of polygons' corners, and (corners,) which have any."""

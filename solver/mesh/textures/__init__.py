@@ -2,11 +2,13 @@
 
 from solver.mesh.textures.images import ImageBudget
 from solver.mesh.textures.light import display_values, linear_light, tinted
+from solver.mesh.textures.material import Material
 from solver.mesh.textures.painting import Paint, barycentric_pattern, painted_colors
 from solver.mesh.textures.texture import Texture, Wrap
 
 __all__ = [
     "ImageBudget",
+    "Material",
     "Paint",
     "Texture",
     "Wrap",

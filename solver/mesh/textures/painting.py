@@ -15,6 +15,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.textures.light import tinted
+from solver.mesh.textures.material import Material
 from solver.mesh.textures.texture import Texture
 
 _FEWEST, _MOST = 2, 8
@@ -48,6 +49,10 @@ class Paint:
     light
         (F, 3) factors of linear light on textures, in 0..1; ``None`` for 1. Samples are tinted,
         not images: materials may share one.
+    material_of_face
+        (F,) index into `materials`, -1 for none; ``None`` where they are not known.
+    materials
+        What faces have besides colours and textures.
     """
 
     coordinates: FloatArray
@@ -55,6 +60,8 @@ class Paint:
     texture_of_face: IntArray
     textures: tuple[Texture, ...]
     light: FloatArray | None = None
+    material_of_face: IntArray | None = None
+    materials: tuple[Material, ...] = ()
 
 
 def painted_colors(vertices: FloatArray, faces: IntArray, paint: Paint) -> FloatArray:

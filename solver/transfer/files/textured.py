@@ -10,7 +10,7 @@ from PIL import Image
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, vertex_normals
-from solver.mesh.textures import Paint, Texture, Wrap, linear_light
+from solver.mesh.textures import Material, Paint, Texture, Wrap, linear_light
 from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile, for_single_precision
 from solver.transfer.files.obj_images import baked_for_obj
 from solver.transfer.files.surface import WrittenSurface
@@ -148,21 +148,30 @@ def _materials(file: GlbFile, paint: Paint, mipmaps: bool) -> list[tuple[IntArra
     light = np.ones_like(paint.colors) if paint.light is None else paint.light
     bare = (paint.texture_of_face < 0)[:, None]
     factors: FloatArray = np.where(bare, linear_light(paint.colors), light)
-    table = np.column_stack([paint.texture_of_face, factors])
+    besides = paint.material_of_face
+    if besides is None:
+        besides = np.full(len(factors), -1, dtype=np.int64)
+    table = np.column_stack([paint.texture_of_face, besides, factors])
     kinds, kind = np.unique(table, axis=0, return_inverse=True)
     order = np.argsort(kind.reshape(-1), kind="stable")
     chosen = np.split(order, np.cumsum(np.bincount(kind.reshape(-1)))[:-1])
     images: dict[int, int] = {}
     found = []
-    for faces, (number, *factor) in zip(chosen, kinds.tolist(), strict=True):
-        shown: dict[str, Any] = {"metallicFactor": 0.0, "baseColorFactor": [*factor, 1.0]}
+    for faces, (number, place, *factor) in zip(chosen, kinds.tolist(), strict=True):
+        material = paint.materials[int(place)] if place >= 0 else Material()
+        shown: dict[str, Any] = {
+            "metallicFactor": material.metallic,
+            "roughnessFactor": material.roughness,
+            "baseColorFactor": [*factor, 1.0],
+        }
         if 0 <= number < len(paint.textures):
             texture = paint.textures[int(number)]
             index = images.setdefault(int(number), len(images))
             if index == len(file.tree.get("textures", [])):
                 _write_texture(file, texture, mipmaps)
             shown["baseColorTexture"] = {"index": index}
-        found.append((faces, file.append("materials", {"pbrMetallicRoughness": shown})))
+        named = {"name": material.name} if material.name else {}
+        found.append((faces, file.append("materials", named | {"pbrMetallicRoughness": shown})))
     return found
 
 

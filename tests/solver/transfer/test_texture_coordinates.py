@@ -10,10 +10,11 @@ import pytest
 import trimesh
 
 from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError
 from solver.mesh import TriangleMesh, mapped_surface, read_mesh, textured_surface
-from solver.mesh.textures import Paint, Texture, Wrap
+from solver.mesh.textures import Material, Paint, Texture, Wrap
 from solver.registration import DenseCorrespondence
-from solver.transfer import carried_paint
+from solver.transfer import baked_texture, carried_paint
 from solver.transfer.files import WrittenSurface, write_textured_glb, write_textured_obj
 from tests.solver import shapes
 from tests.solver.mesh.textures.textured_files import ramp, textured_obj, zipped
@@ -222,6 +223,46 @@ def test_glb_has_a_material_for_each_texture_and_colour() -> None:
     np.testing.assert_allclose(again.colors[third[number] == 0], 0.5, atol=1e-6)
     sums = [again.textures[i].pixels.astype(int).sum() for i in again.texture_of_face[[-1, 700]]]
     assert sorted(sums) == sorted(int(one.pixels.astype(int).sum()) for one in own.textures)
+
+
+def test_materials_keep_their_names_metalness_and_roughness() -> None:
+    materials = (Material("skin", 0.0, 0.4), Material("gold", 1.0, 0.2), Material("", 0.5))
+    ours, theirs = (
+        np.searchsorted([-0.3, 0.3], mesh.vertices[mesh.faces][:, :, 2].mean(axis=1))
+        for mesh in (MESH, OTHER)
+    )
+    paint = replace(paint_of(two_charts(MESH)), material_of_face=ours, materials=materials)
+    carried = carried_paint(OTHER, back_to_mesh(OTHER), MESH, paint)
+    baked = baked_texture(OTHER, back_to_mesh(OTHER), MESH, paint)
+    for found in (carried, baked):
+        assert found.materials == materials
+        np.testing.assert_array_equal(found.material_of_face, theirs)
+        data = write_textured_glb("other", OTHER, found)
+        read = textured_surface(data, "glb")
+        assert read is not None
+        # The file has the triangles material by material, and one image.
+        assert read[1].material_of_face is not None
+        again = [read[1].materials[place] for place in read[1].material_of_face.tolist()]
+        assert again == [materials[place] for place in sorted(theirs)]
+        assert len(read[1].textures) == 1
+    few = carried_paint(OTHER, of_rows(back_to_mesh(OTHER), np.s_[:100]), MESH, paint)
+    assert few.material_of_face is not None
+    assert few.material_of_face.min() == -1
+    with pytest.raises(MeshError, match="a factor of a material of the glTF file is not finite"):
+        textured_surface(data.replace(b'"roughnessFactor":0.4', b'"roughnessFactor":NaN'), "glb")
+
+
+def test_factors_that_are_not_given_are_those_of_the_format() -> None:
+    """Of an image of factors, which is not read, nothing is known."""
+    data = write_textured_glb("mesh", MESH, paint_of(two_charts(MESH)))
+    factors = b'"metallicFactor":0.0,"roughnessFactor":1.0'
+    for written, expected in (
+        (b'"name":"a"', Material("", 1.0, 1.0)),
+        (b'"metallicRoughnessTexture":{"index":0}', Material("", 0.0, 1.0)),
+    ):
+        read = textured_surface(data.replace(factors, written.ljust(len(factors))), "glb")
+        assert read is not None
+        assert read[1].materials == (expected,)
 
 
 def test_obj_is_read_with_the_same_coordinates() -> None:
