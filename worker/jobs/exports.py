@@ -16,7 +16,7 @@ from broker.contracts import (
     TransferResult,
 )
 from broker.store import Store
-from solver.transfer import COLORS_NAME, Attribute, PullBack, baked_texture
+from solver.transfer import COLORS_NAME, SKINNING, Attribute, PullBack, baked_texture
 from solver.transfer.files import (
     WrittenSurface,
     read_attributes,
@@ -30,7 +30,7 @@ from solver.transfer.files import (
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
-from worker.jobs.textures import carried_paint, texture_of
+from worker.jobs.textures import carried_paint, own_textures, texture_of
 from worker.jobs.transfers import colors_of_file, solver_map
 from worker.pictures import colors_by_place
 
@@ -102,9 +102,22 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     named = tuple(replace(one, columns=known[one.name], on=result.on) for one in attributes)
     if file_type == "csv":
         return write_csv(named)
+    if (result.what, file_type) == (SKINNING, "glb"):
+        return write_glb([_skinned(result, named, store)], mipmaps=True)
     mesh = stored_mesh(result.target, store.shapes)
     surface = WrittenSurface.of(mesh, named, _stem(result))
     return write_surface(surface, file_type)
+
+
+def _skinned(result: TransferResult, weights: Sequence[Attribute], store: Store) -> WrittenSurface:
+    """Return the target with joints, and with the textures or the colours that it has itself."""
+    own = own_textures(result.target, store.shapes)
+    if own is not None:
+        mesh, paint = own
+        return replace(WrittenSurface.of(mesh, weights, _stem(result)), paint=paint)
+    mesh = stored_mesh(result.target, store.shapes)
+    colors = () if mesh.colors is None else (colors_of_file(mesh, mesh.colors),)
+    return WrittenSurface.of(mesh, [*weights, *colors], _stem(result))
 
 
 def _textured(result: TransferResult, file_type: str, store: Store) -> bytes:

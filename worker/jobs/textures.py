@@ -29,6 +29,17 @@ def texture_of(shape: str, shapes: Shapes) -> _Surface:
     return _read(shape, shapes, textured_surface, missing)
 
 
+def own_textures(shape: str, shapes: Shapes) -> _Surface | None:
+    """Return the surface of a shape as :func:`texture_of` does, or None if it has no texture.
+
+    Raises
+    ------
+    ShapeGone
+        The shape was deleted.
+    """
+    return textured_surface(*_file_of(shape, shapes))
+
+
 def carried_paint(
     shape: str, target: TriangleMesh, back: registration.DenseCorrespondence, shapes: Shapes
 ) -> Paint:
@@ -59,10 +70,14 @@ def corner_attributes(target: TriangleMesh, paint: Paint) -> tuple[Attribute, ..
 def _read(
     shape: str, shapes: Shapes, reader: Callable[[bytes, str], _Surface | None], missing: str
 ) -> _Surface:
-    record, data = shapes.get(shape), shapes.upload(shape)
-    if record is None or data is None:
-        raise ShapeGone(shape)
-    found = reader(data, record.file_type)
+    found = reader(*_file_of(shape, shapes))
     if found is None:
         raise OptionError("what", missing)
     return found
+
+
+def _file_of(shape: str, shapes: Shapes) -> tuple[bytes, str]:
+    record, data = shapes.get(shape), shapes.upload(shape)
+    if record is None or data is None:
+        raise ShapeGone(shape)
+    return data, record.file_type

@@ -7,12 +7,15 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from solver.arrays import IntArray
 from solver.errors import TransferError
 from solver.mesh import vertex_normals
+from solver.mesh.textures import Paint
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import color_bytes
 from solver.transfer.files.glb import WHOLE, numbered_joints
 from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile, for_single_precision
+from solver.transfer.files.glb_materials import write_materials
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES
 from solver.transfer.skinning import normalised_weights
@@ -25,8 +28,11 @@ _LIMITS: Final = {"f": float(np.finfo(np.float32).max), "i": WHOLE}
 """Greatest numbers of an attribute, by the kind of its type."""
 
 
-def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
+def write_glb(surfaces: Sequence[WrittenSurface], mipmaps: bool = False) -> bytes:
     """Return surfaces as a binary glTF file, a node each.
+
+    Vertices are repeated where triangles round them have other texture coordinates. `mipmaps` says
+    whether images may be shown smaller: texels near one another are of one part of the surface.
 
     Colours are COLOR_0, as bytes. Skinning weights are JOINTS_n and WEIGHTS_n, in sets of four, the
     greatest first, and a skin whose joints, below their parents, lie in the middle of what they
@@ -44,34 +50,67 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     """
     file = GlbFile()
     for surface in surfaces:
-        normals = _normals(surface)
-        if any(one.on == FACES for one in surface.attributes):
-            normals = normals[surface.faces.ravel()]
-            surface = surface.with_corners_apart()
-        vertices, placed = for_single_precision(surface.vertices)
-        surface = replace(surface, vertices=vertices)
-        position = vertices.astype("<f4")
-        bounds = {"min": position.min(axis=0).tolist(), "max": position.max(axis=0).tolist()}
-        primitive: dict[str, Any] = {
-            "attributes": {"POSITION": file.accessor(position, VERTEX_DATA, **bounds)},
-            "indices": file.accessor(surface.faces.astype("<u4").ravel(), INDICES),
-        }
-        primitive["attributes"]["NORMAL"] = file.accessor(normals, VERTEX_DATA)
-        node: dict[str, Any] = {"name": surface.name}
-        for one in surface.attributes:
-            if one.name == WEIGHTS_NAME and one.width:
-                node["skin"] = _write_skin(file, primitive, one, surface, placed)
-            else:
-                _write_attribute(file, primitive, one, surface)
-        if "skin" not in node:  # whose joints would place the mesh alone
-            node |= placed
-        if "COLOR_0" not in primitive["attributes"]:
-            # Without one it would be of metal. Of coloured ones some programs, as trimesh, show
-            # the colours of vertices only where there is none.
-            primitive["material"] = _matte(file)
-        node["mesh"] = file.append("meshes", {"name": surface.name, "primitives": [primitive]})
+        node = _write_surface(file, surface, mipmaps)
         file.tree["scenes"][0]["nodes"].append(file.append("nodes", node))
     return file.to_bytes()
+
+
+def _write_surface(file: GlbFile, surface: WrittenSurface, mipmaps: bool) -> dict[str, Any]:
+    """Return the node of a surface whose mesh, materials and joints are written."""
+    normals, paint = _normals(surface), surface.paint
+    coordinates: dict[str, int] = {}
+    if paint is not None or any(one.on == FACES for one in surface.attributes):
+        corners = surface.faces.ravel()
+        surface, of_vertex = surface.cut()
+        normals = normals[corners[of_vertex]]
+        if paint is not None:
+            places = paint.coordinates.reshape(-1, 2)[of_vertex]
+            # Where there is no texture they are not read, and may be anything.
+            places = np.nan_to_num(places, posinf=0.0, neginf=0.0).astype("<f4")
+            coordinates["TEXCOORD_0"] = file.accessor(places, VERTEX_DATA)
+    vertices, placed = for_single_precision(surface.vertices)
+    surface = replace(surface, vertices=vertices)
+    position = vertices.astype("<f4")
+    bounds = {"min": position.min(axis=0).tolist(), "max": position.max(axis=0).tolist()}
+    primitive: dict[str, Any] = {
+        "attributes": {
+            "POSITION": file.accessor(position, VERTEX_DATA, **bounds),
+            "NORMAL": file.accessor(normals, VERTEX_DATA),
+            **coordinates,
+        }
+    }
+    node: dict[str, Any] = {"name": surface.name}
+    for one in surface.attributes:
+        if one.name == WEIGHTS_NAME and one.width:
+            node["skin"] = _write_skin(file, primitive, one, surface, placed)
+        else:
+            _write_attribute(file, primitive, one, surface)
+    if "skin" not in node:  # whose joints would place the mesh alone
+        node |= placed
+    primitives = [
+        {**primitive, "indices": _indices(file, surface.faces[faces]), **material}
+        for faces, material in _parts(file, primitive, paint, mipmaps)
+    ]
+    node["mesh"] = file.append("meshes", {"name": surface.name, "primitives": primitives})
+    return node
+
+
+def _parts(
+    file: GlbFile, primitive: dict[str, Any], paint: Paint | None, mipmaps: bool
+) -> list[tuple[IntArray | slice, dict[str, int]]]:
+    """Faces, and the entry of their material, one by one."""
+    if paint is not None:
+        parts = write_materials(file, paint, mipmaps)
+        return [(faces, {"material": index}) for faces, index in parts]
+    if "COLOR_0" in primitive["attributes"]:
+        # Some programs, as trimesh, show the colours of vertices only where there is no material.
+        return [(np.s_[:], {})]
+    # Without one it would be of metal.
+    return [(np.s_[:], {"material": _matte(file)})]
+
+
+def _indices(file: GlbFile, faces: IntArray) -> int:
+    return file.accessor(faces.astype("<u4").ravel(), INDICES)
 
 
 def _normals(surface: WrittenSurface) -> npt.NDArray[np.float32]:

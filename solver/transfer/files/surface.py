@@ -7,6 +7,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh
+from solver.mesh.textures import Paint
 from solver.transfer.attributes import Attribute
 from solver.transfer.overlap import FACES, file_faces
 
@@ -23,12 +24,15 @@ class WrittenSurface:
         (W, 3) positions and (F, 3) triangles.
     attributes
         Of its vertices, W rows each, or of its faces, F rows each.
+    paint
+        Texture coordinates, textures and materials of its faces; ``None`` without.
     """
 
     name: str
     vertices: FloatArray
     faces: IntArray
     attributes: tuple[Attribute, ...]
+    paint: Paint | None = None
 
     @classmethod
     def of(
@@ -57,19 +61,33 @@ class WrittenSurface:
         )
         return cls(name, vertices, mesh.vertex_ids[mesh.faces], filled)
 
-    def with_corners_apart(self) -> "WrittenSurface":
-        """Return the surface with vertices of its own for each triangle, which have its values."""
+    def cut(self) -> tuple["WrittenSurface", IntArray]:
+        """Repeat vertices where they have several values.
+
+        With attributes of faces each triangle has vertices of its own, which have its values. With
+        texture coordinates vertices on seams are repeated.
+
+        Returns
+        -------
+        The surface, and (W,) the corner that each of its vertices is, of the 3 F of all triangles.
+        """
         corners = self.faces.ravel()
+        first = inverse = np.arange(len(corners))
+        if self.paint is not None and all(one.on != FACES for one in self.attributes):
+            table = np.column_stack([corners, self.paint.coordinates.reshape(-1, 2)])
+            _, first, inverse = np.unique(table, axis=0, return_index=True, return_inverse=True)
         attributes = tuple(
             replace(
                 one,
-                values=one.values.repeat(3, axis=0) if one.on == FACES else one.values[corners],
+                values=one.values[first // 3] if one.on == FACES else one.values[corners[first]],
                 on=None,
             )
             for one in self.attributes
         )
-        faces = np.arange(len(corners)).reshape(-1, 3)
-        return WrittenSurface(self.name, self.vertices[corners], faces, attributes)
+        faces = inverse.reshape(-1, 3)
+        return replace(
+            self, vertices=self.vertices[corners[first]], faces=faces, attributes=attributes
+        ), first
 
 
 def _of_triangles(attribute: Attribute, mesh: TriangleMesh) -> Attribute:

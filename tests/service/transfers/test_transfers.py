@@ -15,7 +15,8 @@ from scipy.spatial import KDTree
 from broker.contracts import ATTRIBUTE_FORMATS as CONTRACT_FORMATS
 from broker.contracts import MatchResult, TransferKind
 from broker.store import DEFAULT_KEYS
-from solver.mesh import read_mesh, triangle_areas
+from solver.arrays import FloatArray
+from solver.mesh import read_mesh, textured_surface, triangle_areas
 from solver.transfer import KINDS, Attribute
 from solver.transfer.files import (
     ATTRIBUTE_FORMATS,
@@ -209,6 +210,18 @@ def test_skinning_weights_as_a_skinned_surface(http: httpx2.Client, match: str) 
     assert set(arrays_of(http, few)["weights"].ravel()) == {0.0, 1.0}
     (chosen,) = read_attributes(export(http, few, "glb").content, "glb")
     assert chosen.parents == (1, -1)
+    # The other way, onto a surface with colours, which stay.
+    onto = {"attributes": uploaded_weights(http, weights), "direction": "target_to_source"}
+    colored = export(http, carried(http, match, what="skinning", **onto), "glb").content
+    kept = {one.name: one.values for one in read_attributes(colored, "glb")}
+    np.testing.assert_allclose(kept["weights"], shares[TRUTH], atol=1e-3)
+    np.testing.assert_allclose(kept["colors"][:, :3], COLORS, atol=3e-3)
+
+
+def uploaded_weights(http: httpx2.Client, weights: FloatArray) -> str:
+    """Id of a file of skinning weights."""
+    found: str = send(http, archive(weights=weights), "weights.npz").json()["id"]
+    return found
 
 
 def test_landmarks(http: httpx2.Client, match: str) -> None:
@@ -325,6 +338,20 @@ def test_texture_coordinates_with_and_without_the_image(
                 same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
                 apart = found.colors[:, :2] - (256 * shares[same] - 0.5) / 255.0
                 assert np.abs(apart).mean() < 0.02
+        if name == "textured.glb":
+            weights = np.random.default_rng(2).random((COUNT, 2))
+            onto = {
+                "attributes": uploaded_weights(http, weights),
+                "direction": "target_to_source",
+            }
+            skinned = export(http, carried(http, match, what="skinning", **onto), "glb").content
+            (skin,) = read_attributes(skinned, "glb")
+            np.testing.assert_allclose(skin.values.sum(axis=1), 1.0, atol=1e-6)
+            kept, given = (textured_surface(one, "glb") for one in (skinned, data))
+            assert kept is not None
+            assert given is not None
+            np.testing.assert_allclose(kept[1].coordinates, given[1].coordinates, atol=1e-6)
+            np.testing.assert_array_equal(kept[1].textures[0].pixels, given[1].textures[0].pixels)
         with zipfile.ZipFile(io.BytesIO(packed.content)) as parts:
             images = ["texture0.png"] if name != "bare.obj" else []
             assert sorted(parts.namelist()) == ["other.mtl", "other.obj", *images]
