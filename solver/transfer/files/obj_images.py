@@ -53,7 +53,13 @@ def baked_for_obj(paint: Paint) -> Paint:
         wrapped, coordinates[own] = _with_one_wrap(texture, paint.coordinates[own], left)
         textures.append(replace(wrapped, pixels=_tinted(wrapped.pixels, factors)))
         numbers[own] = place
-    return Paint(coordinates, paint.colors, numbers, tuple(textures))
+    return replace(
+        paint,
+        coordinates=coordinates,
+        texture_of_face=numbers,
+        textures=tuple(textures),
+        light=None,
+    )
 
 
 def _tinted(pixels: Pixels, factors: list[float]) -> Pixels:

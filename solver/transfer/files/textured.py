@@ -7,10 +7,11 @@ import zipfile
 import numpy as np
 
 from solver.mesh import TriangleMesh
-from solver.mesh.textures import Paint, Wrap
+from solver.mesh.textures import Paint
 from solver.transfer.files.glb_materials import png_of
 from solver.transfer.files.glb_writing import write_glb
 from solver.transfer.files.obj_images import baked_for_obj
+from solver.transfer.files.obj_materials import material_groups
 from solver.transfer.files.surface import WrittenSurface
 
 
@@ -42,8 +43,8 @@ def write_textured_obj(surface: WrittenSurface, paint: Paint, library: str = "")
     surface
         The surface, with the vertices of the user's file.
     paint
-        Texture coordinates of its faces; those of each texture follow ``usemtl texture0``, and so
-        on, if there are several or there is a library.
+        Texture coordinates of its faces; those of each texture and material follow ``usemtl`` with
+        the name of the material, or ``texture0`` and so on, if there are several or a library.
     library
         Name of the material file; empty if there is none.
     """
@@ -56,10 +57,11 @@ def write_textured_obj(surface: WrittenSurface, paint: Paint, library: str = "")
     text += [f"vt {u!r} {v!r}" for u, v in places.tolist()]
     numbers = np.zeros_like(surface.faces)
     numbers[textured] = inverse.reshape(-1, 3) + 1
-    for texture in np.unique(paint.texture_of_face).tolist():
-        if library or len(paint.textures) > 1:
-            text.append(f"usemtl texture{texture}" if texture >= 0 else "usemtl plain")
-        own = paint.texture_of_face == texture
+    groups = material_groups(paint)
+    for group in groups:
+        if library or len(groups) > 1:
+            text.append(f"usemtl {group.name}")
+        own = group.faces
         for face, place in zip(
             (surface.faces[own] + 1).tolist(), numbers[own].tolist(), strict=True
         ):
@@ -89,18 +91,16 @@ def write_obj_archive(surface: WrittenSurface, paint: Paint) -> bytes:
     # Names of shapes are free text: nothing of a path, and no space, which ends a name in OBJ.
     stem = re.sub(r"[^\w-]+", "_", surface.name).strip("_") or "surface"
     stream = io.BytesIO()
-    bare = paint.texture_of_face < 0
-    plain = paint.colors[bare].mean(axis=0) if bare.any() else np.ones(3)
-    materials = [f"newmtl plain\nKd {' '.join(f'{one:.6g}' for one in plain.tolist())}"]
+    materials: list[str] = []
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
-        # A file with texture coordinates alone has a number without an image.
-        for number in range(int(paint.texture_of_face.max(initial=-1)) + 1):
-            materials.append(f"newmtl texture{number}\nKd 1 1 1")
-            if number < len(paint.textures):
-                texture, name = paint.textures[number], f"texture{number}.png"
-                clamp = "-clamp on " if texture.wrap[0] is Wrap.CLAMP else ""
-                materials[-1] += f"\nmap_Kd {clamp}{name}"
-                archive.writestr(name, png_of(texture))
+        for number, texture in enumerate(paint.textures):
+            archive.writestr(f"texture{number}.png", png_of(texture))
+        for group in material_groups(paint):
+            # A file with texture coordinates alone has a number without an image.
+            shown = 0 <= group.texture < len(paint.textures)
+            materials.append(
+                group.definition(paint, f"texture{group.texture}.png" if shown else "")
+            )
         archive.writestr(f"{stem}.mtl", "\n\n".join(materials) + "\n")
         archive.writestr(f"{stem}.obj", write_textured_obj(surface, paint, f"{stem}.mtl"))
     return stream.getvalue()

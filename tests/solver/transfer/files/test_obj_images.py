@@ -10,7 +10,7 @@ import pytest
 from solver.arrays import FloatArray
 from solver.errors import TransferError
 from solver.mesh import read_mesh, textured_surface, triangle_mesh
-from solver.mesh.textures import Paint, Texture, Wrap
+from solver.mesh.textures import Material, Paint, Texture, Wrap
 from solver.transfer.files import WrittenSurface, obj_images, write_obj_archive, write_textured_glb
 
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -82,3 +82,28 @@ def test_coordinates_without_images_stay() -> None:
     paint = paint_of((Wrap.MIRROR, Wrap.CLAMP))
     bare = Paint(paint.coordinates, paint.colors, paint.texture_of_face, ())
     assert obj_images.baked_for_obj(bare) is bare
+
+
+def test_materials_keep_their_names_and_share_an_image() -> None:
+    materials = (Material("left arm"), Material("gold", 1.0, 0.25), Material("left arm", 0.5))
+    paint = replace(
+        paint_of((Wrap.REPEAT, Wrap.REPEAT)),
+        material_of_face=np.array([2, 0, 1, -1]),
+        materials=materials,
+    )
+    with zipfile.ZipFile(io.BytesIO(archive(paint))) as packed:
+        assert packed.namelist() == ["texture0.png", "t.mtl", "t.obj"]
+        library, text = packed.read("t.mtl").decode(), packed.read("t.obj").decode()
+    names = ["texture0", "left_arm", "gold", "left_arm_3"]
+    assert [line for line in library.split("\n") if "newmtl" in line] == [
+        f"newmtl {name}" for name in names
+    ]
+    assert "newmtl gold\nKd 1 1 1\nPr 0.25\nPm 1\nmap_Kd texture0.png" in library
+    assert [line for line in text.split("\n") if "usemtl" in line] == [
+        f"usemtl {name}" for name in names
+    ]
+    read = textured_surface(archive(paint), "zip")
+    assert read is not None
+    assert read[1].material_of_face is not None
+    known = [read[1].materials[place].name for place in read[1].material_of_face.tolist()]
+    assert known == names
