@@ -20,6 +20,7 @@ from solver.mesh.formats import (
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.limits import check_size
+from solver.transfer.files.names import distinct
 from solver.transfer.files.npz import dense_weights
 from solver.transfer.skinning import parents_among
 
@@ -129,13 +130,11 @@ def _skin(data: GltfData, parts: Sequence[_Part]) -> Attribute:
             own = columns[part.skin]
             check_joints(joints, len(own))
             table[end - part.rows : end] = dense_weights(own[joints], weights, len(column))
-    names = numbered_joints(len(column))
-    if None not in nodes:
-        known = [data.entry("nodes", node).get("name") for node in column]
-        named = tuple(str(one or other) for one, other in zip(known, names, strict=True))
-        names = named if len(set(named)) == len(named) else names
+    numbers = numbered_joints(len(column))
     if None in nodes:
-        return Attribute(WEIGHTS_NAME, table, names)
+        return Attribute(WEIGHTS_NAME, table, numbers)
+    known = [data.entry("nodes", node).get("name") for node in column]
+    names = distinct(str(one or other) for one, other in zip(known, numbers, strict=True))
     above = dict.fromkeys(range(len(data.tree["nodes"])), -1)
     for number, node in enumerate(data.tree["nodes"]):
         above |= dict.fromkeys(node.get("children", ()), number)

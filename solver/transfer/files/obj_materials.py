@@ -7,6 +7,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh.textures import Material, Paint, Wrap
+from solver.transfer.files.names import distinct
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,17 +62,15 @@ def material_groups(paint: Paint) -> list[ObjMaterialGroup]:
     kinds, kind = np.unique(table, axis=0, return_inverse=True)
     order = np.argsort(kind.reshape(-1), kind="stable")
     chosen = np.split(order, np.cumsum(np.bincount(kind.reshape(-1)))[:-1])
-    taken: set[str] = set()
-    found = []
-    for faces, (texture, place) in zip(chosen, kinds.tolist(), strict=True):
-        material = paint.materials[place] if place >= 0 else Material()
-        # Names are free text.
-        name = re.sub(r"[^\w.-]+", "_", material.name)
-        name = name or (f"texture{texture}" if texture >= 0 else "plain")
-        if name in taken:
-            name += f"_{len(taken)}"
-        while name in taken:
-            name += "_"
-        taken.add(name)
-        found.append(ObjMaterialGroup(name, faces, texture, material))
-    return found
+    materials = [
+        paint.materials[place] if place >= 0 else Material() for _, place in kinds.tolist()
+    ]
+    textures = [texture for texture, _ in kinds.tolist()]
+    # Names are free text.
+    named = [re.sub(r"[^\w.-]+", "_", one.name) for one in materials]
+    names = distinct(
+        name or (f"texture{texture}" if texture >= 0 else "plain")
+        for name, texture in zip(named, textures, strict=True)
+    )
+    groups = zip(names, chosen, textures, materials, strict=True)
+    return [ObjMaterialGroup(*group) for group in groups]

@@ -90,6 +90,14 @@ def test_parents_that_are_no_tree_are_refused(parents: list[int]) -> None:
         read_attributes(npz_bytes(arrays), "npz")
 
 
+def test_joints_of_one_name_or_none_are_told_apart() -> None:
+    file = file_with_joints("arm", "", "arm", "arm_2", "hand")
+    skin = file.append("skins", {"joints": [0, 1, 2, 3, 4]})
+    appended_node(file, influences([1, 2, 3, 4]), skin)
+    (found,) = read_attributes(file.to_bytes(), "glb")
+    assert found.columns == ("arm", "joint1", "arm_2", "arm_2_3", "hand")
+
+
 def test_a_mesh_that_two_nodes_show_has_the_joints_of_each() -> None:
     file = file_with_joints("a", "b", "c")
     skins = [file.append("skins", {"joints": joints}) for joints in ([0, 1], [0, 2])]
