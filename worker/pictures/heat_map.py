@@ -19,6 +19,12 @@ COLORMAP: Final = "viridis"
 UPPER_QUANTILE: Final = 0.98
 """Dissimilarities above this quantile have the last colour, likewise."""
 
+LEAST_CLIPPED: Final = 50
+"""Pairs from which on they have: of few, none is an outlier."""
+
+MOST_NUMBERED: Final = 12
+"""Shapes up to which cells have their numbers written in them, likewise."""
+
 _INCHES = 9.6, 8.6
 _MOST_NAMES = 48
 """Rows that are tall enough to be named one by one."""
@@ -28,6 +34,9 @@ _MOST_CLASSES = 60
 
 _LONGEST_NAME = 22
 """Characters of a shortened name."""
+
+_LIGHT = 0.6
+"""Share of the colour scale from which on its colours are light."""
 
 _LABEL = 0.03
 """Height of a label as a fraction of that of the colour bar."""
@@ -66,19 +75,35 @@ def draw_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
     figure = new_figure(_INCHES)
     axes = figure.add_axes((0.16, 0.17, 0.72, 0.73))
     pairs = matrix[np.triu_indices(len(matrix), 1)]
-    greatest = float(np.quantile(pairs, UPPER_QUANTILE, method="lower")) or 1.0
+    end = scale_end(pairs)
     # The square root tells small dissimilarities apart, which decide the nearest neighbours.
-    norm = PowerNorm(0.5, 0.0, greatest, clip=True)
+    norm = PowerNorm(0.5, 0.0, end, clip=True)
     image = axes.imshow(matrix, norm=norm, cmap=COLORMAP, interpolation="nearest", aspect="equal")
     bar = figure.colorbar(image, cax=figure.add_axes((0.905, 0.17, 0.022, 0.73)))
-    bar.set_ticks(separate_ticks(bar.get_ticks(), norm))
+    ticks = separate_ticks([*(tick for tick in bar.get_ticks() if tick < end), end], norm)
+    clipped = bool(pairs.max() > end)
+    bar.set_ticks(ticks, labels=[*(f"{tick:.3g}" for tick in ticks[:-1]), _end_label(end, clipped)])
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8, colors=FAINT, length=2)
+    if len(names) <= MOST_NUMBERED:
+        _write_numbers(axes, matrix, norm)
     _label_axes(axes, [names[k] for k in order], blocks)
     title, subtitle = _captions(result)
     figure.text(0.52, 0.955, title, ha="center", fontsize=14, color=INK)
     figure.text(0.52, 0.918, subtitle, ha="center", fontsize=10, color=FAINT)
     return png(figure)
+
+
+def scale_end(pairs: FloatArray) -> float:
+    """Return the dissimilarity that has the last colour; 1 if all are 0.
+
+    Parameters
+    ----------
+    pairs
+        (P,) dissimilarities of all pairs.
+    """
+    quantile = UPPER_QUANTILE if len(pairs) >= LEAST_CLIPPED else 1.0
+    return float(np.quantile(pairs, quantile, method="lower")) or 1.0
 
 
 def separate_ticks(ticks: Sequence[float] | FloatArray, norm: Normalize) -> list[float]:
@@ -97,6 +122,18 @@ def separate_ticks(ticks: Sequence[float] | FloatArray, norm: Normalize) -> list
         if within and (not kept or float(norm(kept[-1])) - float(norm(tick)) > _LABEL):
             kept.append(tick)
     return kept[::-1]
+
+
+def _end_label(end: float, clipped: bool) -> str:
+    return f"\N{GREATER-THAN OR EQUAL TO} {end:.3g}" if clipped else f"{end:.3g}"
+
+
+def _write_numbers(axes: Axes, matrix: FloatArray, norm: Normalize) -> None:
+    size = min(11.0, 90.0 / len(matrix))
+    for (row, column), value in np.ndenumerate(matrix):
+        # The scale begins dark and ends light.
+        color = "white" if float(norm(value)) < _LIGHT else INK
+        axes.text(column, row, f"{value:.2g}", size=size, color=color, ha="center", va="center")
 
 
 def _order(labels: Sequence[str] | None, count: int) -> IntArray:

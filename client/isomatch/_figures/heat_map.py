@@ -14,8 +14,17 @@ if TYPE_CHECKING:
 UPPER_QUANTILE: Final = 0.98
 """Dissimilarities above this quantile have the last colour, as in pictures and on the page."""
 
+LEAST_CLIPPED: Final = 50
+"""Pairs from which on they have: of few, none is an outlier."""
+
+MOST_NUMBERED: Final = 12
+"""Shapes up to which cells have their numbers written in them."""
+
 _MOST_NAMES: Final = 40
 """Shapes of which each is named on the axes; more names would overlap."""
+
+_TICKS: Final = np.linspace(0.0, 1.0, 5)
+"""Places of the ticks of the scale, as shares of its end."""
 
 
 def draw_dissimilarities(
@@ -39,19 +48,26 @@ def draw_dissimilarities(
     named = [plain(names[place]) for place in order]
     known = matrix[np.triu_indices(len(matrix), 1)]
     known = known[~np.isnan(known)]
-    greatest = float(np.quantile(known, UPPER_QUANTILE, method="lower")) if known.size else 0.0
+    end = scale_end(known)
     ordered = matrix[np.ix_(order, order)]
+    texts = _cell_texts(ordered) if len(order) <= MOST_NUMBERED else None
     figure = objects.Figure(
         objects.Heatmap(
             # The square root separates small dissimilarities, which decide the nearest neighbours.
             z=np.sqrt(np.maximum(ordered, 0.0)),
             zmin=0.0,
-            zmax=np.sqrt(max(greatest, 0.0)) or 1.0,
+            zmax=np.sqrt(end),
             customdata=ordered,
             colorscale=COLOR_SCALE,
-            colorbar_title_text="√ dissimilarity",
-            text=[[f"{row}, {column}" for column in named] for row in named],
-            hovertemplate="%{text}: %{customdata:.4g}<extra></extra>",
+            colorbar={
+                "title": {"text": "dissimilarity", "side": "right"},
+                "tickvals": _TICKS * np.sqrt(end),
+                "ticktext": _tick_labels(end, clipped=bool((known > end).any())),
+            },
+            text=texts,
+            texttemplate=None if texts is None else "%{text}",
+            hovertext=[[f"{row}, {column}" for column in named] for row in named],
+            hovertemplate="%{hovertext}: %{customdata:.4g}<extra></extra>",
             hoverongaps=False,
         )
     )
@@ -67,3 +83,26 @@ def draw_dissimilarities(
             figure.add_vline(border, line={"color": "white", "width": 1})
     figure.update_layout(title_text=plain(title), plot_bgcolor="white")
     return figure
+
+
+def scale_end(known: Floats) -> float:
+    """Return the dissimilarity that has the last colour; 1 if all are 0 or none is known.
+
+    Parameters
+    ----------
+    known
+        (P,) dissimilarities of pairs.
+    """
+    if not known.size:
+        return 1.0
+    quantile = UPPER_QUANTILE if known.size >= LEAST_CLIPPED else 1.0
+    return max(float(np.quantile(known, quantile, method="lower")), 0.0) or 1.0
+
+
+def _tick_labels(end: float, *, clipped: bool) -> list[str]:
+    labels = [f"{value:.3g}" for value in _TICKS**2 * end]
+    return [*labels[:-1], f"≥ {labels[-1]}"] if clipped else labels
+
+
+def _cell_texts(matrix: Floats) -> list[list[str]]:
+    return [["" if np.isnan(value) else f"{value:.2g}" for value in row] for row in matrix]

@@ -4,17 +4,18 @@ import { h, fill, table, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
 import { choiceField } from "./fields.js";
 import { confidenceBadge, confidenceNote, count, digits, figure, percent, several } from "./format.js";
-import { drawHeatMap, greatest, shortened } from "./heat_map.js";
+import { drawHeatMap, scaleEnd, shortened } from "./heat_map.js";
 import { mapScenes } from "./map_scenes.js";
 import { problemBox } from "./problem.js";
 import { linkButton } from "./share_link.js";
 
+const CERTAINTY = () => ({ most: 1, clipped: false });
 /** What the cells of the heat map have. */
 const MEASURES = {
-  confidence: { title: "confidence", of: (pair) => pair.confidence?.probability ?? null, text: percent, most: () => 1 },
-  confidence_before: { title: "confidence", of: (pair) => pair.confidence_before?.probability ?? null, text: percent, most: () => 1 },
-  cycle_error: { title: "cycle error", of: (pair) => pair.cycle_error, text: digits, most: greatest },
-  cycle_error_before: { title: "cycle error", of: (pair) => pair.cycle_error_before, text: digits, most: greatest },
+  confidence: { title: "confidence", of: (pair) => pair.confidence?.probability ?? null, text: percent, end: CERTAINTY },
+  confidence_before: { title: "confidence", of: (pair) => pair.confidence_before?.probability ?? null, text: percent, end: CERTAINTY },
+  cycle_error: { title: "cycle error", of: (pair) => pair.cycle_error, text: digits, end: scaleEnd },
+  cycle_error_before: { title: "cycle error", of: (pair) => pair.cycle_error_before, text: digits, end: scaleEnd },
 };
 const CHOICES = [
   ["confidence", "confidence of the maps"],
@@ -69,14 +70,14 @@ function pairsOf({ shapes, pairs }) {
   return square;
 }
 
-function pictureOf({ title, of, text, most }, pairs, names) {
+function pictureOf({ title, of, text, end }, pairs, names) {
   const matrix = pairs.map((row) => row.map((pair) => (pair === null ? null : of(pair))));
   const said = (i, j) => {
     if (i === j) return "the same shape";
     if (!pairs[i][j].mapped) return "no map";
     return matrix[i][j] === null ? "no third shape" : `${title} ${text(matrix[i][j])}${pairs[i][j].fits ? "" : ", does not fit"}`;
   };
-  return { names, matrix, most: most(matrix), title, text: said };
+  return { names, matrix, end: end(matrix), title, text: said, number: text };
 }
 
 const improved = (pair) => pair.through.length > 0;

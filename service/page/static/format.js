@@ -38,11 +38,11 @@ export function ago(iso) {
 /** "3 points", "1 point". */
 export const several = (number, noun) => `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 
-export function digits(number) {
+export function digits(number, significant = 4) {
   if (number === null || number === undefined) return "none";
   if (number === 0) return "0";
   const size = Math.abs(number);
-  return size >= 1e-3 && size < 1e5 ? String(Number(number.toPrecision(4))) : number.toExponential(3);
+  return size >= 1e-3 && size < 1e5 ? String(Number(number.toPrecision(significant))) : number.toExponential(significant - 1);
 }
 
 export function percent(share) {

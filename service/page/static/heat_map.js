@@ -6,8 +6,16 @@ import { digits } from "./format.js";
 
 /** The colour scale, as in the service's pictures (worker/pictures/heat_map.py). */
 const COLORSCALE = "Viridis";
-/** Values above this quantile have the last colour. */
+/** Values above this quantile have the last colour, where there are as many pairs: of few, none is an outlier. */
 const UPPER_QUANTILE = 0.98;
+const LEAST_CLIPPED = 50;
+/** Shapes up to which cells have their numbers written in them, and digits of these. */
+const MOST_NUMBERED = 12;
+const CELL_DIGITS = 2;
+/** Places of the ticks of the scale, as shares of its end, and digits of their numbers. */
+const TICKS = [0, 0.25, 0.5, 0.75, 1];
+const NARROW_TICKS = [0, 0.5, 1];
+const TICK_DIGITS = 3;
 /** Shapes up to which rows and columns are named; beyond, their classes are, if they are as few. */
 const MOST_NAMES = 40;
 /** Shapes up to which a gap is left between cells. */
@@ -22,10 +30,11 @@ const drawn = new WeakSet();
 /**
  * Draw a matrix.
  * @param {Object} picture `names` of rows and columns, `labels` or null; `matrix` of numbers, null for no
- *   cell, and `most`, the number that has the last colour; `title` of the colours; `text`, of row and column
+ *   cell; `end`, see `scaleEnd`; `title` of the colours; `text`, of row and column; `number`, the text of
+ *   a number of the matrix with so many digits
  * @param {function(number, number)} choose called with the row and column of a cell that is clicked
  */
-export async function drawHeatMap(node, { names, labels = null, matrix, most, title, text }, choose, signal) {
+export async function drawHeatMap(node, { names, labels = null, matrix, end, title, text, number }, choose, signal) {
   const Plotly = await plotly();
   if (signal.aborted) return;
   const order = ordered(labels, names.length);
@@ -35,16 +44,23 @@ export async function drawHeatMap(node, { names, labels = null, matrix, most, ti
   const ticks = names.length <= MOST_NAMES
     ? { tickvals: order.map((_, at) => at), ticktext: order.map((i) => plain(short[i])) } : classTicks(labels, narrow);
   const gap = names.length <= MOST_GAPS ? 1 : 0;
+  const marked = narrow ? NARROW_TICKS : TICKS;
   const data = {
     type: "heatmap", colorscale: COLORSCALE, xgap: gap, ygap: gap, hoverinfo: "text",
-    z: order.map((i) => order.map((j) => matrix[i][j])), zmin: 0, zmax: most,
-    text: order.map((i) => order.map((j) => [names[i], names[j], text(i, j)].map(plain).join("<br>"))),
+    z: order.map((i) => order.map((j) => matrix[i][j])), zmin: 0, zmax: end.most,
+    hovertext: order.map((i) => order.map((j) => [names[i], names[j], text(i, j)].map(plain).join("<br>"))),
+    ...(names.length > MOST_NUMBERED ? {} : {
+      text: order.map((i) => order.map((j) => (matrix[i][j] === null ? "" : number(matrix[i][j], CELL_DIGITS)))),
+      texttemplate: "%{text}",
+    }),
     colorbar: {
-      thickness: 12, exponentformat: "e",
+      thickness: 12, ticklabeloverflow: "allow",
+      tickvals: marked.map((share) => share * end.most), ticktext: marked.map((share) => tick(share, end, number)),
       ...(narrow ? { title: { text: title, side: "top" }, orientation: "h", y: 1, yanchor: "bottom" } : { title: { text: title, side: "right" } }),
     },
   };
-  const axis = { ...ticks, automargin: true, showgrid: false, zeroline: false, fixedrange: true };
+  // Names that are turned end at their columns: beyond the last one there is no room.
+  const axis = { ...ticks, automargin: true, autotickangles: [0, -45, -90], showgrid: false, zeroline: false, fixedrange: true };
   const layout = {
     margin: { l: 20, r: 10, t: 10, b: 20 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: { color: colorOf("ink") }, xaxis: axis, yaxis: { ...axis, autorange: "reversed" },
@@ -63,15 +79,20 @@ export function dissimilarityPicture(matrix, names, labels) {
   // The square root tells small dissimilarities apart, which decide the nearest neighbours.
   const roots = matrix.map((row) => row.map((value) => (value === null ? null : Math.sqrt(Math.max(0, value)))));
   const text = (i, j) => (matrix[i][j] === null ? "not compared yet" : digits(matrix[i][j]));
-  return { names, labels, matrix: roots, most: greatest(roots), title: "√ dissimilarity", text };
+  const number = (root, significant) => digits(root * root, significant);
+  return { names, labels, matrix: roots, end: scaleEnd(roots), title: "dissimilarity", text, number };
 }
 
-/** The number that has the last colour: a high quantile of all pairs, 1 if there are none. */
-export function greatest(matrix) {
+/** The end of the scale: `most`, the number that has the last colour, and `clipped`, whether greater ones have it, too. */
+export function scaleEnd(matrix) {
   const pairs = matrix.flatMap((row, i) => row.slice(i + 1).filter((value) => value !== null));
   const sorted = Float64Array.from(pairs).sort();
-  return sorted[Math.floor(UPPER_QUANTILE * (sorted.length - 1))] || 1;
+  const quantile = sorted.length < LEAST_CLIPPED ? 1 : UPPER_QUANTILE;
+  const most = sorted[Math.floor(quantile * (sorted.length - 1))] || 1;
+  return { most, clipped: sorted.at(-1) > most };
 }
+
+const tick = (share, { most, clipped }, number) => `${share === 1 && clipped ? "≥ " : ""}${number(share * most, TICK_DIGITS)}`;
 
 /** Names in a few letters; long ones often have the same first words, which do not tell shapes apart. */
 export function shortened(names, longest = LONGEST) {

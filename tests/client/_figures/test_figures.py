@@ -95,3 +95,21 @@ def test_classes_are_separated() -> None:
     assert borders == [(0, 1.5), (1.5, 0)]
     many = [str(number) for number in range(41)]
     assert draw_dissimilarities(np.zeros((41, 41)), many, None, "").layout.xaxis.ticktext is None
+
+
+@pytest.mark.parametrize(
+    ("shapes", "last", "written"), [(3, "7", True), (12, "≥ 2", True), (13, "≥ 2", False)]
+)
+def test_numbers_are_written_and_the_end_of_a_clipped_scale_is_marked(
+    shapes: int, last: str, written: bool
+) -> None:
+    matrix = np.full((shapes, shapes), 2.0)
+    np.fill_diagonal(matrix, 0.0)
+    matrix[0, 1] = matrix[1, 0] = 7.0
+    matrix[0, 2] = matrix[2, 0] = np.nan
+    (cells,) = draw_dissimilarities(matrix, ["a"] * shapes, None, "").data
+    assert cells.colorbar.ticktext[-1] == last
+    assert cells.colorbar.tickvals[-1] == pytest.approx(cells.zmax)
+    assert (cells.text is not None) is written
+    if written:
+        assert list(cells.text[0][:3]) == ["0", "7", ""]

@@ -23,6 +23,7 @@ from tests.service.conftest import Api
 from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
 from worker.pictures import packed_geometry
+from worker.pictures.heat_map import scale_end
 from worker.pictures.view import source_view
 
 
@@ -118,6 +119,20 @@ def test_arrays_are_read(page: Page, save: Callable[..., None]) -> None:
 )
 def test_long_names_are_told_apart(page: Page, names: list[str], expected: list[str]) -> None:
     assert call(page, "heat_map", "return m.shortened(given)", names) == expected
+
+
+def test_scales_are_those_of_pictures(page: Page) -> None:
+    for shapes in (3, 10, 11, 14):
+        matrix = np.random.default_rng(shapes).random((shapes, shapes))
+        pairs = matrix[np.triu_indices(shapes, 1)]
+        end = scale_end(pairs)
+        assert call(page, "heat_map", "return m.scaleEnd(given)", matrix.tolist()) == {
+            "most": end,
+            "clipped": bool(pairs.max() > end),
+        }
+    nothing = [[None, None], [None, None]]
+    empty = {"most": 1, "clipped": False}
+    assert call(page, "heat_map", "return m.scaleEnd(given)", nothing) == empty
 
 
 def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:

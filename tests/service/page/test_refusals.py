@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable
 
 import httpx2
+import numpy as np
 from playwright.sync_api import Browser, FilePayload, Page, expect
 
 from broker.store import DEFAULT_KEYS
@@ -248,6 +249,18 @@ def test_a_collection_is_compared_on_a_telephone(
         expect(heat.locator(".heatmaplayer image")).to_have_count(1)
         rooted = [[max(0.0, value) ** 0.5 for value in row] for row in result["matrix"]]
         assert heat.evaluate("map => map.data[0].z") == rooted
+        greatest = float(f"{max(map(max, result['matrix'])):.3g}")
+        assert (
+            float(heat.locator("[class*=cb][class$=tick] text").last.text_content() or "")
+            == greatest
+        )
+        numbers = heat.locator(".heatmap-label").all_text_contents()
+        written = [float(f"{value:.2g}") for row in result["matrix"] for value in row]
+        np.testing.assert_allclose(sorted(map(float, numbers)), sorted(written))
+        for name in heat.locator(".xtick text").all():
+            box = name.bounding_box()
+            assert box is not None
+            assert box["x"] + box["width"] <= 390
         assert result["labels"] == ["human"] * 2 + ["cat"] * 2 + ["horse"] * 2
         # The cell in the second row and the fourth column.
         box = heat.locator(".heatmaplayer").bounding_box()

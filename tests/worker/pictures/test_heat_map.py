@@ -10,7 +10,8 @@ from isomatch._figures.colors import COLOR_SCALE
 from matplotlib.colors import PowerNorm
 
 from service.page import STATIC
-from worker.pictures.heat_map import COLORMAP, UPPER_QUANTILE, separate_ticks
+from worker.pictures import heat_map
+from worker.pictures.heat_map import COLORMAP, separate_ticks
 
 
 @pytest.mark.parametrize("greatest", [0.0505, 0.051, 0.06, 0.999, 7.0])
@@ -31,8 +32,20 @@ def test_ticks_that_are_apart_all_stay() -> None:
 
 def test_page_and_client_have_the_same_scale() -> None:
     script = (STATIC / "heat_map.js").read_text()
-    declared = dict(re.findall(r"const (COLORSCALE|UPPER_QUANTILE) = \"?([\w.]+)\"?;", script))
+    names = "COLORSCALE|UPPER_QUANTILE|LEAST_CLIPPED|MOST_NUMBERED"
+    declared = dict(re.findall(rf"const ({names}) = \"?([\w.]+)\"?;", script))
     assert declared["COLORSCALE"].lower() == COLORMAP
-    assert float(declared["UPPER_QUANTILE"]) == UPPER_QUANTILE
     assert COLOR_SCALE.lower() == COLORMAP
-    assert client_heat_map.UPPER_QUANTILE == UPPER_QUANTILE
+    for name in ("UPPER_QUANTILE", "LEAST_CLIPPED", "MOST_NUMBERED"):
+        assert float(declared[name]) == getattr(heat_map, name)
+        assert getattr(client_heat_map, name) == getattr(heat_map, name)
+
+
+@pytest.mark.parametrize(("pairs", "clipped"), [(1, False), (49, False), (50, True), (91, True)])
+def test_scales_are_clipped_where_there_are_many_pairs(pairs: int, clipped: bool) -> None:
+    values = np.random.default_rng(pairs).permutation(np.arange(1.0, pairs + 1.0))
+    end = heat_map.scale_end(values)
+    assert (end < pairs) is clipped
+    assert np.mean(values <= end) >= heat_map.UPPER_QUANTILE - 1.0 / pairs
+    assert client_heat_map.scale_end(values) == end
+    assert heat_map.scale_end(0.0 * values) == client_heat_map.scale_end(0.0 * values) == 1.0
