@@ -70,6 +70,7 @@ from broker.contracts.registrations import (
 )
 from broker.contracts.requests import IdempotencyRecord, RequestOrigin
 from broker.contracts.results import (
+    LIKELY_RIGHT,
     Alternative,
     Confidence,
     Correspondence,
@@ -123,6 +124,7 @@ __all__ = [
     "DESCRIPTORS",
     "GREATEST",
     "LANDMARKS",
+    "LIKELY_RIGHT",
     "MESH_FORMATS",
     "METRICS",
     "MOST_EXAMPLES",

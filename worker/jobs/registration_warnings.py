@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import Final
 
-_DOUBTED: Final = 0.5
-"""Confidence below which a match is rather wrong than right."""
+from broker.contracts import LIKELY_RIGHT
 
 _LONG: Final = 1.0
 """How much longer, over √area, the boundary of a specimen is than the template's where it may be a
@@ -58,14 +57,14 @@ def doubtful_specimens(
     doubted = [
         f"{name!r} ({confidence:.2f})"
         for name, confidence in zip(names, confidences, strict=True)
-        if confidence is not None and confidence < _DOUBTED
+        if confidence is not None and confidence < LIKELY_RIGHT
     ]
     parts = possible_parts(names, boundaries, template)
     warnings = []
     if doubted:
         warnings.append(
-            f"matched with a confidence below {_DOUBTED:g}, and yet in the mean and the components:"
-            f" {', '.join(doubted)}; look at them, and leave out those that are wrong"
+            f"matched with a confidence below {LIKELY_RIGHT:g}, and yet in the mean and the"
+            f" components: {', '.join(doubted)}; look at them, and leave out those that are wrong"
         )
     if parts:
         warnings.append(

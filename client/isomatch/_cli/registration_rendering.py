@@ -27,7 +27,7 @@ def print_registration(found: Registration, console: Console) -> None:
         measures = ["-", "-", f"not registered: {one.reason}"]
         if one.registered:
             reflected = " (reflected)" if one.reflected else ""
-            measures = [f"{one.max_distance:.4f}", str(one.flipped), f"{one.confidence}{reflected}"]
+            measures = [f"{one.max_distance:.4g}", str(one.flipped), f"{one.confidence}{reflected}"]
         table.add_row(*map(Text, (one.name or "-", one.shape, *measures)))
     console.print(table)
     shares = [f"{100.0 * one.explained:.1f} %" for one in found.components[:_SHOWN]]

@@ -1,9 +1,10 @@
 // A batch: its matches, each with its state, its confidence and a link to it.
 
 import { get } from "./api.js";
+import { confidenceBadge } from "./confidence.js";
 import { h, fill, table } from "./dom.js";
 import { download } from "./download.js";
-import { confidenceBadge, count, figure, stateName } from "./format.js";
+import { count, figure, stateName } from "./format.js";
 import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 

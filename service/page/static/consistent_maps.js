@@ -1,9 +1,10 @@
 // Consistent maps of a collection: a heat map whose cells can be chosen, tables of pairs and shapes, and a pair drawn.
 
+import { confidenceBadge, confidenceNote } from "./confidence.js";
 import { h, fill, table, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
 import { choiceField } from "./fields.js";
-import { confidenceBadge, confidenceNote, count, digits, figure, percent, several } from "./format.js";
+import { count, digits, figure, percent, several } from "./format.js";
 import { drawHeatMap, scaleEnd, shortened } from "./heat_map.js";
 import { mapScenes } from "./map_scenes.js";
 import { problemBox } from "./problem.js";

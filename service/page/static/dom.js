@@ -25,9 +25,12 @@ export function fill(node, ...children) {
   return node;
 }
 
+/** Text of the service as children of an element: what is between backticks is code. */
+export const withCode = (text) => text.split(/`([^`]+)`/).map((part, at) => (at % 2 === 1 ? h("code", {}, part) : part));
+
 /** Warnings as a list, or null if there are none. */
 export const warningList = (warnings) => (warnings.length === 0 ? null
-  : h("ul", { class: "warnings" }, warnings.map((text) => h("li", {}, text))));
+  : h("ul", { class: "warnings" }, warnings.map((text) => h("li", {}, withCode(text)))));
 
 /** A list of terms and values. */
 export const figureList = (entries) => h("dl", { class: "figures" }, entries.map(([term, value, field = null]) =>

@@ -62,34 +62,6 @@ export function figure(number) {
 export const certifiedBadge = ({ certified }) =>
   h("span", { class: certified ? "badge good" : "badge" }, certified ? "certified" : "not certified");
 
-/** Probability of being right from which on an answer is not in doubt. */
-const LIKELY_RIGHT = 0.5;
-
-/** "97 %", never 0 or 100: no calibration is as sure as that. */
-const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
-
-/** How sure a match is, as a badge that has the reasons for doubt as its title; null likewise. */
-export function confidenceBadge({ confidence }) {
-  if (!confidence) return null;
-  const { probability, reasons } = confidence;
-  const doubtful = probability < LIKELY_RIGHT;
-  const said = `confidence ${confidencePercent(probability)}`;
-  return h("span", { class: doubtful ? "badge doubt" : "badge good", title: reasons.join("; ") },
-    doubtful ? `in doubt, ${said}` : said);
-}
-
-/** How sure a match is, with the reasons for doubt; null where its surfaces were not registered. */
-export function confidenceNote({ confidence }) {
-  if (!confidence) return null;
-  const { probability, reasons } = confidence;
-  const doubtful = probability < LIKELY_RIGHT;
-  return h("div", { class: "confidence", "data-field": "confidence" },
-    h("p", {}, confidenceBadge({ confidence }), " ",
-      doubtful ? "The answer may be wrong." : "The answer is likely right.",
-      reasons.length > 0 ? " Reasons for doubt:" : null),
-    reasons.length > 0 ? h("ul", {}, reasons.map((reason) => h("li", {}, reason))) : null);
-}
-
 /** The certificate of a match as a sentence. */
 export function certificate({ certified, gap, energy, lower_bound: bound }) {
   if (certified) {

@@ -1,6 +1,7 @@
 // The list of landmarks beside the shapes: choosing, moving by the keyboard, and resetting.
 
 import { css, distinct } from "./colors.js";
+import { LIKELY_RIGHT } from "./confidence.js";
 import { button, h, table } from "./dom.js";
 
 /** Steps to the right and up, on the screen, of each key. */
@@ -48,8 +49,7 @@ function row({ label, lack, confidence }, i, corrections, selection, step, sure)
   return { node, update };
 }
 
-// Below a half, a landmark is marked as in doubt.
-const confidenceOf = (confidence) => (confidence !== null && Number(confidence) < 0.5
+const confidenceOf = (confidence) => (confidence !== null && Number(confidence) < LIKELY_RIGHT
   ? h("span", { class: "badge doubt", title: "in doubt" }, confidence) : confidence ?? "");
 
 function chooseButton(label, i, selection, step, missing) {

@@ -1,9 +1,10 @@
 // The result of a match: summary, figures, table of pairs, and both shapes in three dimensions.
 
 import { get, orNull } from "./api.js";
+import { confidenceNote } from "./confidence.js";
 import { h, fill, figureList, warningList } from "./dom.js";
 import { download } from "./download.js";
-import { certificate, certifiedBadge, confidenceNote, digits, figure, lessEnergy, percent, several } from "./format.js";
+import { certificate, certifiedBadge, digits, figure, lessEnergy, percent, several } from "./format.js";
 import { againLink } from "./match_again.js";
 import { matchScenes } from "./match_scenes.js";
 import { orientationNote } from "./orientation.js";
@@ -116,11 +117,11 @@ function hypotheses(result) {
   }));
 }
 
-// Certificate and confidence of what is shown; an alternative has neither.
+// Confidence and certificate of what is shown; an alternative has neither.
 function proofOf(result, { which, relation, energy, correspondences }) {
   if (which === 0) {
-    return [h("p", { class: "proof" }, certifiedBadge(result), " ", summary(result), " ", certificate(result), " ", lessEnergy(result)),
-      confidenceNote(result)];
+    return [confidenceNote(result),
+      h("p", { class: "proof" }, certifiedBadge(result), " ", summary(result), " ", certificate(result), " ", lessEnergy(result))];
   }
   return h("p", { class: "proof" }, h("span", { class: "badge" }, `alternative ${which}: ${relation}`),
     ` ${several(correspondences.length, "point")} matched, energy ${digits(energy)}, that of the answer ${digits(result.energy)}.`
@@ -170,7 +171,7 @@ function waited({ timings: { total, ...stages } }, { created, started, ended }) 
   const parts = Object.entries({ "waiting for a worker": seconds(created, started), ...stages })
     .filter(([, value]) => value >= NAMED_SHARE * all).sort((a, b) => b[1] - a[1])
     .map(([stage, value]) => `${stage.replaceAll("_", " ")} ${digits(value)} s`);
-  return h("span", {}, `${digits(all)} s`, parts.length === 0 ? null : h("span", { class: "faint" }, ` (${parts.join(", ")})`));
+  return [`${digits(all)} s`, parts.map((part) => [" ", h("span", { class: "faint" }, part)])];
 }
 
 function figures(result, job, { which, energy, distortion }) {

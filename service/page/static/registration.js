@@ -1,9 +1,10 @@
 // A registration: the mean shape and its components, and the template on each specimen.
 
 import { componentView } from "./components.js";
+import { confidenceBadge } from "./confidence.js";
 import { h, fill, button, table, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
-import { confidenceBadge, count, figure, several } from "./format.js";
+import { count, figure, several } from "./format.js";
 import { problemBox } from "./problem.js";
 import { linkButton } from "./share_link.js";
 

@@ -3,10 +3,11 @@
 import { request } from "./api.js";
 import { carriedColors, drawable, isPainted, scaleColor, shadesOfFaces, shadesOfVertices } from "./carried_colors.js";
 import { css, distinct } from "./colors.js";
+import { confidenceNote } from "./confidence.js";
 import { fill, h, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
 import { drawnShape, lifted, rotate } from "./drawn_shape.js";
-import { confidenceNote, digits, several } from "./format.js";
+import { digits, several } from "./format.js";
 import { caption, obstacle } from "./match_scenes.js";
 import { openNpz } from "./npz.js";
 import { recordOf } from "./match.js";

@@ -15,6 +15,7 @@ from isomatch._results import Geometry
 from playwright.sync_api import Browser, Page
 from scipy.spatial.transform import Rotation
 
+from broker.contracts import LIKELY_RIGHT
 from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
 from tests.client._models.test_schema import OPENAPI
@@ -133,6 +134,32 @@ def test_scales_are_those_of_pictures(page: Page) -> None:
     nothing = [[None, None], [None, None]]
     empty = {"most": 1, "clipped": False}
     assert call(page, "heat_map", "return m.scaleEnd(given)", nothing) == empty
+
+
+@pytest.mark.parametrize(
+    ("probability", "badge"),
+    [
+        (0.01, "doubt"),
+        (0.499, "doubt"),
+        (0.5, "fair"),
+        (0.799, "fair"),
+        (0.8, "good"),
+        (1.0, "good"),
+    ],
+)
+def test_confidence_has_three_colours(page: Page, probability: float, badge: str) -> None:
+    body = """
+        const confidence = { probability: given, reasons: ["low; give `points`, or `a"] };
+        const note = m.confidenceNote({ confidence });
+        const code = [...note.querySelectorAll("li code")].map((node) => node.textContent);
+        return [m.LIKELY_RIGHT, note.querySelector(".badge").className, code, note.textContent];
+    """
+    likely, found, code, text = call(page, "confidence", body, probability)
+    assert likely == LIKELY_RIGHT
+    assert found == f"badge {badge}"
+    assert ("in doubt" in text) is (badge == "doubt")
+    assert code == ["points"]
+    assert text.endswith("low; give points, or `a")
 
 
 def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:

@@ -1,0 +1,38 @@
+// Confidence of matches: badges in three colours, and the reasons for doubt.
+
+import { h, withCode } from "./dom.js";
+
+/** Probability of being right from which on an answer is not in doubt (broker/contracts/results.py). */
+export const LIKELY_RIGHT = 0.5;
+/** Probability from which on nobody needs to check it. */
+const SURE = 0.8;
+
+const LEVELS = [
+  { least: SURE, badge: "good", meaning: "The answer is likely right." },
+  { least: LIKELY_RIGHT, badge: "fair", meaning: "The answer is rather right than wrong; check it." },
+  { least: 0, badge: "doubt", meaning: "The answer may be wrong." },
+];
+
+const levelOf = (probability) => LEVELS.find(({ least }) => probability >= least);
+
+/** "97 %", never 0 or 100: no calibration is as sure as that. */
+const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
+
+/** How sure a match is, as a badge that has the reasons for doubt as its title; null likewise. */
+export function confidenceBadge({ confidence }) {
+  if (!confidence) return null;
+  const { probability, reasons } = confidence;
+  const said = `confidence ${confidencePercent(probability)}`;
+  return h("span", { class: `badge ${levelOf(probability).badge}`, title: reasons.join("; ") },
+    probability < LIKELY_RIGHT ? `in doubt, ${said}` : said);
+}
+
+/** How sure a match is, with the reasons for doubt; null where its surfaces were not registered. */
+export function confidenceNote({ confidence }) {
+  if (!confidence) return null;
+  const { probability, reasons } = confidence;
+  return h("div", { class: "confidence", "data-field": "confidence" },
+    h("p", {}, confidenceBadge({ confidence }), " ", levelOf(probability).meaning,
+      reasons.length > 0 ? " Reasons for doubt:" : null),
+    reasons.length > 0 ? h("ul", {}, reasons.map((reason) => h("li", {}, withCode(reason)))) : null);
+}
