@@ -28,6 +28,7 @@ export async function matchView(place, result, job, signal) {
   const pairs = h("div");
   const scenes = h("div", { class: "scenes" });
   const picture = h("span");
+  const whose = h("span", { class: "faint" });
   let drawn = null;
   const choose = async (which) => {
     const hypothesis = hypotheses(result)[which];
@@ -35,6 +36,8 @@ export async function matchView(place, result, job, signal) {
     fill(numbers, figures(result, job, hypothesis));
     fill(proof, proofOf(result, hypothesis));
     fill(picture, pictureOf(job, which));
+    whose.textContent = `These files are of the answer, not of alternative ${which}:`;
+    whose.hidden = which === 0;
     const colors = drawn === null ? null : await drawn.show(hypothesis);
     fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned));
   };
@@ -46,9 +49,9 @@ export async function matchView(place, result, job, signal) {
     h("p", { class: "actions" },
       linkButton(job.id), " ", picture, " ",
       kept ? againLink(result, "Match again with other parameters") : null),
-    files(job, result),
+    files(job, result, whose),
     result.dense !== null && !learned && kept ? carrying(job, source, target) : null,
-);
+  );
   await choose(0);
   try {
     drawn = await matchScenes(scenes, result, source, target, selection, signal);
@@ -67,14 +70,14 @@ const CONTENTS = [
 ];
 const REGISTERED = ["ply", "obj", "glb"];
 
-function files(job, { dense, source_kind: kind }) {
+function files(job, { dense, source_kind: kind }, whose) {
   const known = new Map([job.links.arrays, ...job.links.exports].map((path) => [path.split(".").pop(), path]));
   known.set("json", job.links.result);
   const link = (ending, path, about = null) => [" ", download(path, [ending.toUpperCase(), about], `${job.id}.${ending}`)];
   const registered = dense === null || kind === "prototype" ? null : h("span", {}, "Source registered to the target:",
     REGISTERED.map((ending) => link(ending, `${job.links.self}/registered.${ending}`,
       h("span", { class: "visually-hidden" }, " of the source registered to the target"))));
-  return h("p", { class: "actions" }, CONTENTS.map(([text, endings]) => {
+  return h("p", { class: "actions" }, whose, CONTENTS.map(([text, endings]) => {
     const there = endings.filter((ending) => known.has(ending));
     return there.length === 0 ? null : h("span", {}, text, there.map((ending) => link(ending, known.get(ending))));
   }), registered);
@@ -89,7 +92,7 @@ const carrying = (job, source, target) => [
 
 const pictureOf = (job, which) => (which === 0
   ? download(job.links.picture, "Picture (PNG)", `${job.id}.png`)
-  : download(`${job.links.picture}?alternative=${which}`, "Picture (PNG)", `${job.id}-${which}.png`));
+  : download(`${job.links.picture}?alternative=${which}`, `Picture (PNG) of alternative ${which}`, `${job.id}-${which}.png`));
 
 const name = ({ id, name: called }, learned = false) =>
   (id ? h("a", { href: `#/${learned ? "prototypes" : "shapes"}/${id}` }, called) : called);
@@ -170,7 +173,7 @@ function waited({ timings: { total, ...stages } }, { created, started, ended }) 
   const all = seconds(created, ended);
   const parts = Object.entries({ "waiting for a worker": seconds(created, started), ...stages })
     .filter(([, value]) => value >= NAMED_SHARE * all).sort((a, b) => b[1] - a[1])
-    .map(([stage, value]) => `${stage.replaceAll("_", " ")} ${digits(value)} s`);
+    .map(([stage, value]) => `${stage.replaceAll("_", " ")} ${digits(value)}\u00a0s`);
   return [`${digits(all)} s`, parts.map((part) => [" ", h("span", { class: "faint" }, part)])];
 }
 

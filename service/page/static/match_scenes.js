@@ -35,20 +35,11 @@ export async function matchScenes(place, result, source, target, selection, sign
     class: "scene", "data-side": end,
     "aria-label": `${shape.name} in three dimensions, with the matched points`,
   }));
-  const numbers = toggle("Numbers", options, "numbered", () => again());
   fill(place, h("div", { class: "both" }, h("div", { class: "pair" }, sides.map(caption(nodes))), announced), h("p", { class: "checks" },
-    numbers,
+    toggle("Numbers", options, "numbered", () => again()),
     sides.length === 1 ? null : toggle("Turn both together", options, "together", () => {}),
     toggle(colorText(result, sides), options, "colored", () => again())));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal));
-  // Narrow drawings have no numbers.
-  const sized = new ResizeObserver(() => {
-    if (numbers.hidden === scenes[0].narrow) return;
-    numbers.hidden = scenes[0].narrow;
-    again();
-  });
-  sized.observe(nodes[0]);
-  signal.addEventListener("abort", () => sized.disconnect());
 
   const show = async ({ correspondences, refined, dense }) => {
     const points = sides.map((side) => pointsOf(side, correspondences, refined));

@@ -30,8 +30,6 @@ const RING = 2;
 const LABELS = 3;
 /** Depth, in units of the shape's greatest coordinate, by which names are drawn in front of their points: so the surface covers none. */
 const LIFT = 0.6;
-/** Pixels below which a drawing is narrow. */
-const NARROW = 260;
 /** Pixels that the pointer may move during a click. */
 const STILL = 5;
 /** Milliseconds until plotly.js has reported the vertex under a touch. */
@@ -92,7 +90,7 @@ export class Scene {
     await new Promise((resolve) => setTimeout(resolve));
     if (this.#signal.aborted) return;
     this.#points = points;
-    this.#names = numbered && !this.narrow ? names : [];
+    this.#names = numbered ? names : [];
     this.#look();
     const vertexcolor = Array.from(this.#brightness, (light, v) =>
       css([0, 1, 2].map((k) => Math.round(light * (shades === null ? SKIN : shades[3 * v + k])))));
@@ -100,7 +98,7 @@ export class Scene {
     const surface = { ...this.#surface, ...painted };
     const marks = {
       type: "scatter3d", mode: "markers", ...columnsOf(points), text: names, hoverinfo: "none",
-      marker: { size: this.narrow ? 3 : 6, color: colors.map(css), line: { color: "white", width: 1 } },
+      marker: { size: 6, color: colors.map(css), line: { color: "white", width: 1 } },
     };
     const first = this.#node.data === undefined;
     await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring), this.#labels()], this.#layout(), CONFIG);
@@ -147,7 +145,7 @@ export class Scene {
     const towards = this.#towards;
     return {
       type: "scatter3d", mode: "text", hoverinfo: "skip", textposition: "top center",
-      textfont: { size: 11, color: colorOf("ink") }, text: shown.map((i) => this.#names[i]),
+      textfont: { size: 11, color: colorOf("label") }, text: shown.map((i) => this.#names[i]),
       ...columnsOf(shown.map((i) => this.#points[i].map((value, k) => value + LIFT * this.#size * towards[k]))),
     };
   }
@@ -171,13 +169,8 @@ export class Scene {
     return {
       type: "scatter3d", mode: "markers", hoverinfo: "skip",
       ...columnsOf(pair === null ? [] : [hidden ? front(this.#points[pair]) : this.#points[pair]]),
-      marker: { size: this.narrow ? 9 : 16, symbol: hidden ? "diamond-open" : "circle-open", color: colorOf("mark"), line: { width: this.narrow ? 3 : 5 } },
+      marker: { size: 16, symbol: hidden ? "diamond-open" : "circle-open", color: colorOf("mark"), line: { width: 5 } },
     };
-  }
-
-  /** Whether no names are drawn: on a phone two shapes share the width, and names would cover them. */
-  get narrow() {
-    return this.#node.clientWidth < NARROW;
   }
 
   /** Whether a point is on the far side of the shape, as it is seen. */

@@ -232,7 +232,11 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
     assert scenes(matched)[1].evaluate("s => s.data[1].x") != before
     picture = matched.get_by_role("link", name="Picture (PNG)")
     expect(picture).to_have_attribute("href", re.compile(r"/result\.png\?alternative=1$"))
+    expect(picture).to_have_text("Picture (PNG) of alternative 1")
+    whose = matched.get_by_text("These files are of the answer, not of alternative 1")
+    expect(whose).to_be_visible()
     choices.nth(0).check()
+    expect(matched.get_by_text("These files are of the answer")).to_be_hidden()
     expect(picture).to_have_attribute("href", re.compile(r"/result\.png$"))
 
 
@@ -429,19 +433,38 @@ def test_a_match_is_repeated_with_its_parameters(page: Page, api: Api, matched: 
     expect(points).to_have_value("32")
 
 
-def test_narrow_drawings_offer_no_numbers(page: Page, api: Api, matched: Page) -> None:
-    page.goto(f"/#/jobs/{job_of(matched)}")
-    shown(page)
-    numbers, source = page.get_by_label("Numbers"), scenes(page)[0]
-    named = f"s => s.data[{LABELS}].text.length > 0"
-    expect(numbers).to_be_visible()
-    assert source.evaluate(named)
-    page.set_viewport_size({"width": 400, "height": 800})
-    expect(numbers).to_be_hidden()
-    eventually(lambda: not source.evaluate(named))
-    page.set_viewport_size({"width": 900, "height": 700})
-    expect(numbers).to_be_visible()
-    eventually(lambda: source.evaluate(named))
+# Contrast of the names of points to the background, by WCAG.
+CONTRAST = f"""scene => {{
+  const light = (color) => {{
+    const context = new OffscreenCanvas(1, 1).getContext("2d");
+    context.fillStyle = color;
+    context.fillRect(0, 0, 1, 1);
+    const linear = [...context.getImageData(0, 0, 1, 1).data].map((value) =>
+      (value / 255 <= 0.04045 ? value / 255 / 12.92 : ((value / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+  }};
+  const background = [scene, document.body].map((node) => getComputedStyle(node).backgroundColor)
+    .find((color) => color !== "rgba(0, 0, 0, 0)");
+  const [a, b] = [scene.data[{LABELS}].textfont.color, background].map(light).sort((x, y) => y - x);
+  return (a + 0.05) / (b + 0.05);
+}}"""
+
+
+def test_shapes_are_below_one_another_on_a_telephone(
+    browser: Browser, api: Api, matched: Page
+) -> None:
+    size = {"width": 400, "height": 800}
+    with opened(browser, api.url, viewport=size, color_scheme="dark") as page:
+        page.goto(f"/#/jobs/{job_of(matched)}")
+        shown(page)
+        source, target = (scene.bounding_box() for scene in scenes(page))
+        assert source is not None
+        assert target is not None
+        assert source["y"] + source["height"] <= target["y"]
+        assert scenes(page)[0].evaluate(f"s => s.data[{LABELS}].text.length > 0")
+        assert scenes(page)[0].evaluate(CONTRAST) >= 4.5
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
+        accessible(page)
 
 
 def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
