@@ -12,7 +12,7 @@ from broker.queue import JobQueue, tenant_of
 from broker.store import Store
 from broker.tracing import exporting
 from broker.upkeep import LOSSES_AFTER_KILL, handle_lost_process
-from worker.jobs.runner import Runner
+from worker.jobs.runner import BLOB_PATIENCE, Runner
 from worker.settings import WorkerSettings
 
 
@@ -34,8 +34,9 @@ def run(job_id: str) -> None:
     structlog.contextvars.bind_contextvars(job_id=job_id, tenant=tenant, **told)
     store = Store.over(job.connection, settings, settings.redis_patience).of(tenant)
     with exporting("worker"):
+        queue, patience = JobQueue(store, settings), min(BLOB_PATIENCE, settings.redis_patience)
         # A worker runs one process at a time, and its name is never given to another.
-        Runner(JobQueue(store, settings), job.worker_name, settings).run(job_id)
+        Runner(queue, job.worker_name, settings, patience).run(job_id)
 
 
 def stopped(job: Job, connection: Redis) -> None:

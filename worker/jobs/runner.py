@@ -55,9 +55,9 @@ FUNCTIONS: Final[Mapping[JobKind, JobFunction]] = {
 """Function of each kind of jobs that RQ runs; dissimilarities are computed in time slices, and
 batches are matches."""
 
-_PATIENCE: Final = 20.0
-"""Seconds for which a job waits for a blob store that is away before it is queued again: with its
-repetitions, a minute and more."""
+BLOB_PATIENCE: Final = 20.0
+"""Seconds for which a job waits at most for a blob store that is away before it is queued again:
+with its repetitions, a minute and more."""
 
 _LOOK: Final = 0.5
 """Seconds between two looks whether it is there."""
@@ -77,11 +77,14 @@ class Runner:
         Id by which this runner holds jobs and locks; no two run at a time under the same.
     webhooks
         Settings of webhook deliveries.
+    blob_patience
+        Seconds for which a job waits for a blob store that is away before it is queued again.
     """
 
     queue: JobQueue
     name: str
     webhooks: WebhookSettings = field(default_factory=WebhookSettings)
+    blob_patience: float = BLOB_PATIENCE
 
     def run(self, job_id: str) -> None:
         """Run a job to its end, unless it is no longer queued.
@@ -140,7 +143,7 @@ class Runner:
             with tracing.span("storing"):
                 kept = jobs.succeed(record.id, self.name, result)
         except BlobsAway:
-            _await_blobs(context.store)
+            _await_blobs(context.store, self.blob_patience)
             raise
         except (RedisError, NotMigrated):
             raise
@@ -160,9 +163,9 @@ class Runner:
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
 
 
-def _await_blobs(store: Store) -> None:
+def _await_blobs(store: Store, patience: float) -> None:
     """Wait for a blob store that is away: all queued jobs would be lost to it in a moment."""
-    deadline = time.monotonic() + _PATIENCE
+    deadline = time.monotonic() + patience
     while time.monotonic() < deadline:
         try:
             store.blobs.check_owner()
