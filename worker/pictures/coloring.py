@@ -1,6 +1,7 @@
-"""Colours of surfaces: corresponding vertices have the same colour."""
+"""Colours of surfaces and of matched points: corresponding vertices have the same colour."""
 
 import numpy as np
+from matplotlib.colors import hsv_to_rgb
 
 from broker.contracts import InverseCorrespondence
 from solver.arrays import FloatArray
@@ -8,6 +9,27 @@ from solver.mesh import TriangleMesh
 
 _PALEST = 0.35
 """Least value of a channel, so that points and lines stand out from the surface."""
+
+_POINT_VALUE = 0.84
+"""Value of the colours of points in HSV, as on the page (service/page/static/colors.js)."""
+
+
+def point_colors(places: FloatArray) -> FloatArray:
+    """(K, 3) hue by direction from the middle, paler near it: neighbours have similar colours.
+
+    Parameters
+    ----------
+    places
+        (K, 2) or (K, 3), to the right and up; the depth does not count.
+    """
+    offsets = places[:, :2] - 0.5 * (
+        places[:, :2].min(axis=0, initial=np.inf) + places[:, :2].max(axis=0, initial=-np.inf)
+    )
+    hue = (np.arctan2(offsets[:, 1], offsets[:, 0]) / (2.0 * np.pi)) % 1.0
+    reach = np.linalg.norm(offsets, axis=1)
+    saturation = 0.55 + 0.40 * reach / max(float(reach.max(initial=0.0)), 1e-300)
+    value = np.full_like(hue, _POINT_VALUE)
+    return np.asarray(hsv_to_rgb(np.stack([hue, saturation, value], axis=1)))
 
 
 def colors_by_place(vertices: FloatArray) -> FloatArray:

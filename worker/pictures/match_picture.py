@@ -5,7 +5,6 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
-from matplotlib.colors import hsv_to_rgb
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from broker.contracts import View as Side
@@ -13,6 +12,7 @@ from solver.arrays import BoolArray, FloatArray
 from solver.mesh import TriangleMesh, vertex_normals
 from solver.prototype import Prototype
 from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
+from worker.pictures.coloring import point_colors
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.scene import Scene, match_scenes, prototype_scenes
 
@@ -180,7 +180,7 @@ def _shades(scene: Scene) -> FloatArray:
 
 def _draw_points(axes: Axes, left: Scene, right: Scene) -> None:
     here, there = left.points, right.points
-    colors = _colors(here)
+    colors = point_colors(here)
     axes.add_collection(
         LineCollection(
             list(np.stack([here[:, :2], there[:, :2]], axis=1)),
@@ -194,17 +194,6 @@ def _draw_points(axes: Axes, left: Scene, right: Scene) -> None:
                 places[which, 0], places[which, 1], s=size, c=colors[which], alpha=alpha,
                 edgecolors="white", linewidths=0.9, zorder=4,
             )  # fmt: skip
-
-
-def _colors(places: FloatArray) -> FloatArray:
-    """(K, 3) hue by direction from the middle, paler near it: neighbours have similar colours."""
-    offsets = places[:, :2] - 0.5 * (
-        places[:, :2].min(axis=0, initial=np.inf) + places[:, :2].max(axis=0, initial=-np.inf)
-    )
-    hue = (np.arctan2(offsets[:, 1], offsets[:, 0]) / (2.0 * np.pi)) % 1.0
-    reach = np.linalg.norm(offsets, axis=1)
-    saturation = 0.55 + 0.40 * reach / max(float(reach.max(initial=0.0)), 1e-300)
-    return np.asarray(hsv_to_rgb(np.stack([hue, saturation, np.full_like(hue, 0.88)], axis=1)))
 
 
 def _hidden(scene: Scene) -> BoolArray:

@@ -24,6 +24,7 @@ from tests.service.conftest import Api
 from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
 from worker.pictures import packed_geometry
+from worker.pictures.coloring import point_colors
 from worker.pictures.heat_map import scale_end
 from worker.pictures.view import source_view
 
@@ -160,6 +161,12 @@ def test_confidence_has_three_colours(page: Page, probability: float, badge: str
     assert ("in doubt" in text) is (badge == "doubt")
     assert code == ["points"]
     assert text.endswith("low; give points, or `a")
+
+
+def test_points_have_the_colours_of_pictures(page: Page) -> None:
+    points = np.random.default_rng(9).normal(size=(40, 3))
+    found = call(page, "colors", "return m.pointColors(given)", points.tolist())
+    np.testing.assert_allclose(found, 255.0 * point_colors(points), atol=0.5 + 1e-6)
 
 
 def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:
