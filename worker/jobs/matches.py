@@ -30,6 +30,7 @@ from worker.jobs.failures import attributed_to
 from worker.jobs.match_results import arrays_of, document_of, refinement_of, summary_of
 from worker.jobs.meshes import mesh_of, spectrum_key_of
 from worker.jobs.options import options_of
+from worker.jobs.registration_warnings import parts_as_wholes
 from worker.jobs.spectra import spectrum_of, surface_spectra
 
 SPECTRA_SHARE: Final = 0.4
@@ -131,6 +132,9 @@ def match_shapes(
     refined = None
     if found.refinement is not None:
         refined = refinement_of(found.refinement, source.mesh, target.mesh)
+    if parameters.partial == "none":
+        parts = parts_as_wholes(source.mesh, target.mesh)
+        found = replace(found, warnings=(*found.warnings, *parts))
     return document_of(found, payload, target.mesh, refined)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from broker.contracts import LIKELY_RIGHT
+from solver.mesh import TriangleMesh
 
 _LONG: Final = 1.0
 """How much longer, over √area, the boundary of a specimen is than the template's where it may be a
@@ -91,4 +92,17 @@ def possible_parts(names: Sequence[str], boundaries: Sequence[float], whole: flo
         f"{name!r} ({boundary:.1f} √area)"
         for name, boundary in zip(names, boundaries, strict=True)
         if boundary - whole >= _LONG
+    )
+
+
+def parts_as_wholes(source: TriangleMesh, target: TriangleMesh) -> tuple[str, ...]:
+    """Warn of a shape that looks like a part of the other, and is matched as a whole."""
+    # Gaps of a point cloud are no boundary.
+    ours, theirs = (0.0 if mesh.is_cloud else mesh.relative_boundary for mesh in (source, target))
+    part = possible_parts(("source", "target"), (ours, theirs), min(ours, theirs))
+    if not part:
+        return ()
+    return (
+        f'with a long boundary, as parts of a surface have: {part}; `partial` is "none", so that'
+        " vertices without a partner have images, too; leave it out to have parts detected",
     )

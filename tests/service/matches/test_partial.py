@@ -58,6 +58,19 @@ def test_vertices_without_a_partner_are_left_out(
         assert http.get(job["links"]["result"] + link).status_code == 200
 
 
+def test_a_part_that_is_matched_as_a_whole_is_named(
+    http: httpx2.Client, upload: Upload, files: tuple[bytes, bytes]
+) -> None:
+    whole, part = (upload(one, "m.ply")["id"] for one in files)
+    warned = []
+    for asked in ("none", "detected"):
+        job = matched(http, (whole, part), points=4, orientation=False, partial=asked)
+        warnings = http.get(job["links"]["result"]).json()["warnings"]
+        warned.append([one for one in warnings if "long boundary" in one])
+    assert ["'target'" in one for one in warned[0]] == [True]
+    assert warned[1] == []
+
+
 def test_two_parts_are_matched(http: httpx2.Client, upload: Upload) -> None:
     """A body without its head, and the same in another pose without a foot, half as large."""
     walking, standing = (human(pose, resolution=800) for pose in ("walking", "standing"))

@@ -1,6 +1,10 @@
 """Warnings of registrations: which specimens are named, and which are not."""
 
-from worker.jobs.registration_warnings import doubtful_specimens, unlike_sizes
+from dataclasses import replace
+
+from solver.mesh import triangle_mesh
+from tests.worker.figures import blob
+from worker.jobs.registration_warnings import doubtful_specimens, parts_as_wholes, unlike_sizes
 
 NAMES = ["a", "b", "c"]
 
@@ -28,3 +32,16 @@ def test_sizes_of_different_units_are_named() -> None:
     assert "'b' is 947 times as large as 'c'" in said
     assert unlike_sizes(NAMES, [2.0, 19.0, 1.9]) == ()
     assert unlike_sizes(NAMES[:1], [2.0]) == ()
+
+
+def test_a_half_that_is_matched_as_a_whole_is_named() -> None:
+    vertices, faces = blob(3)
+    whole = triangle_mesh(vertices, faces)
+    half = triangle_mesh(vertices, faces[vertices[faces, 1].max(axis=1) < vertices[:, 1].mean()])
+    (said,) = parts_as_wholes(whole, half)
+    assert "'target' (" in said
+    assert "'source'" not in said
+    (said,) = parts_as_wholes(half, whole)
+    assert "'source' (" in said
+    assert parts_as_wholes(whole, whole) == parts_as_wholes(half, half) == ()
+    assert parts_as_wholes(whole, replace(half, is_cloud=True)) == ()
