@@ -77,17 +77,18 @@ def document_of(name: str, landmarks: CarriedLandmarks) -> str:
 
 def print_landmarks(found: Mapping[str, CarriedLandmarks], console: Console) -> None:
     """Print a row for each specimen: how many landmarks, how sure, and which is least so."""
-    heads = ("landmarks", "missing", "confidence", "least")
+    heads = ("landmarks", "missing", "mean confidence")
     columns = (Column(head, justify="right") for head in heads)
-    table = Table(Column("specimen"), *columns, Column("of"), box=SIMPLE_HEAD, pad_edge=False)
+    last = Column("least confidence")
+    table = Table(Column("specimen"), *columns, last, box=SIMPLE_HEAD, pad_edge=False)
     for name, one in found.items():
         there = np.flatnonzero(~np.isnan(one.confidence))
         missing = len(one.labels) - len(there)
-        row = [name, str(len(there)), str(missing), "", "", ""]
+        row = [name, str(len(there)), str(missing), "", ""]
         if len(there):
             least = int(there[one.confidence[there].argmin()])
             mean = one.confidence[there].mean()
-            row[3:] = [f"{mean:.2f}", f"{one.confidence[least]:.2f}", one.labels[least]]
+            row[3:] = [f"{mean:.2f}", f"{one.confidence[least]:.2f} at {one.labels[least]}"]
         table.add_row(*map(Text, row))
     console.print(table)
 

@@ -58,6 +58,13 @@ def test_a_file_for_each_specimen_and_one_that_fails(
     sure = [row["confidence"] for row in rows]
     assert sure[1] == ""
     assert found.descriptions[0] == f"confidence {float(sure[0]):.2f}"
+    value, label = min(
+        (float(row["confidence"]), row["label"]) for row in rows if row["confidence"]
+    )
+    heads, *_, line = [one for one in done.stdout.splitlines() if one.strip()]
+    assert heads.split()[-4:] == ["mean", "confidence", "least", "confidence"]
+    assert line.split()[:3] == ["b", str(sum(THERE)), str(len(THERE) - sum(THERE))]
+    assert line.rstrip().endswith(f"{value:.2f} at {label}")
 
 
 def test_several_templates_one_file_and_json(
