@@ -96,13 +96,15 @@ const tick = (share, { most, clipped }, number) => `${share === 1 && clipped ? "
 
 /** Names in a few letters; long ones often have the same first words, which do not tell shapes apart. */
 export function shortened(names, longest = LONGEST) {
-  const first = names[0];
-  const same = [...first].findIndex((letter, at) => names.some((name) => name[at] !== letter));
-  const words = first.slice(0, same < 0 ? 0 : same).replace(/[^\s_-]*$/, "").length;
-  return names.map((name) => {
-    if (name.length <= longest) return name;
-    const rest = words > 0 ? `…${name.slice(words)}` : name;
-    return rest.length <= longest ? rest : `${rest.slice(0, longest - 1)}…`;
+  // By letters, not by halves of them, as of an emoji.
+  const spelt = names.map((name) => [...name]);
+  const first = spelt[0];
+  const same = first.findIndex((letter, at) => spelt.some((letters) => letters[at] !== letter));
+  const words = [...first.slice(0, same < 0 ? 0 : same).join("").replace(/[^\s_-]*$/, "")].length;
+  return spelt.map((letters) => {
+    if (letters.length <= longest) return letters.join("");
+    const rest = words > 0 ? ["…", ...letters.slice(words)] : letters;
+    return rest.length <= longest ? rest.join("") : `${rest.slice(0, longest - 1).join("")}…`;
   });
 }
 

@@ -117,6 +117,8 @@ def test_arrays_are_read(page: Page, save: Callable[..., None]) -> None:
         (["same words, left 01.off", "same words, left 02.off"], ["…01.off", "…02.off"]),
         (["x" * 30, "a"], ["x" * 17 + "…", "a"]),
         (["x" * 30, "x" * 30], ["x" * 17 + "…"] * 2),
+        (["🐎" * 30, "🦴"], ["🐎" * 17 + "…", "🦴"]),
+        (["🐎 🐎 a" + "b" * 20, "🐎 🐎 🦴"], ["…a" + "b" * 15 + "…", "🐎 🐎 🦴"]),
     ],
 )
 def test_long_names_are_told_apart(page: Page, names: list[str], expected: list[str]) -> None:

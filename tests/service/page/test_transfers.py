@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import job_of, named
+from tests.service.page.conftest import SMALL, job_of, named
 from tests.worker.figures import blob, off
 
 
@@ -38,7 +38,8 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     page.get_by_role("button", name="Transfer", exact=True).click()
     expect(page.locator("#error-attributes")).to_contain_text("10 rows")
     expect(page.get_by_role("alert")).to_contain_text("cannot be carried")
-    file.write_text("part\n" + "\n".join(map(str, labels)))
+    long = "p" * 100
+    file.write_text(f"{long}\n" + "\n".join(map(str, labels)))
     page.get_by_label("File of values").set_input_files(str(file))
     page.get_by_role("button", name="Transfer", exact=True).click()
     page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
@@ -49,12 +50,13 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     expect(page.locator(".legend li")).to_have_text(["0", "1", "2", "3", "4"])
     drawn = page.locator(".scene").evaluate("s => new Set(s.data[0].vertexcolor).size")
     assert drawn > 5
+    assert page.evaluate("document.documentElement.scrollWidth") <= SMALL["width"]
     named(page)
     expect(page.locator("[data-field=confidence] .badge")).to_contain_text("confidence")
     back = page.get_by_role("link", name="Back to the match")
     expect(back).to_have_attribute("href", f"#/jobs/{job}")
     rows = Path(saved.value.path()).read_text().splitlines()
-    assert rows[0] == "vertex,part"
+    assert rows[0] == f"vertex,{long}"
     with isomatch.Client(api.url) as client:
         done = client.job(job).result()
     assert isinstance(done, isomatch.Match)
