@@ -1,10 +1,13 @@
 """Pictures of results, and results in other formats: of a match, a matrix or a transfer."""
 
 import gzip
+from collections.abc import Callable, Mapping
+from typing import Final
 
 from broker.contracts import (
     DissimilarityResult,
     JobKind,
+    JobRecord,
     MatchPayload,
     MatchResult,
     PicturePayload,
@@ -43,34 +46,47 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
     packed, drawn = store.results.document(payload.job), store.jobs.get(payload.job)
     if packed is None or drawn is None:
         raise ResultGone("the result has expired")
-    if drawn.kind is JobKind.DISSIMILARITIES:
-        matrix = DissimilarityResult.model_validate_json(gzip.decompress(packed))
-        present = draw_matrix if payload.format == "png" else export_matrix
-        names = matrix.names or [name or "" for name in shape_names(matrix.shapes, None, store)]
-        picture = present(matrix, names)
-    elif drawn.kind is JobKind.TRANSFER:
-        carried = TransferResult.model_validate_json(gzip.decompress(packed))
-        picture = export_transfer(carried, payload.job, payload.format, store)
-    elif drawn.kind is JobKind.REGISTRATION:
-        registered = RegistrationResult.model_validate_json(gzip.decompress(packed))
-        picture = _presented_registration(registered, payload, store)
-    elif payload.specimen is not None:
-        assert isinstance(drawn.payload, MatchPayload)
-        found = result_from_blob(packed)
-        picture = export_match_registered(found, drawn.payload, payload.format, store)
-    elif payload.format != "png":
-        picture = export_match(result_from_blob(packed), payload.format, store)
-    else:
-        picture = _drawn_match(result_from_blob(packed), payload, store)
-    store.results.set_picture(payload, picture)
+    store.results.set_picture(payload, _PRESENTED[drawn.kind](packed, drawn, payload, store))
 
 
-def _presented_registration(
-    result: RegistrationResult, payload: PicturePayload, store: Store
-) -> bytes:
+def _matrix(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+    matrix = DissimilarityResult.model_validate_json(gzip.decompress(packed))
+    present = draw_matrix if payload.format == "png" else export_matrix
+    names = matrix.names or [name or "" for name in shape_names(matrix.shapes, None, store)]
+    return present(matrix, names)
+
+
+def _transfer(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+    result = TransferResult.model_validate_json(gzip.decompress(packed))
+    return export_transfer(result, payload.job, payload.format, store)
+
+
+def _registration(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+    result = RegistrationResult.model_validate_json(gzip.decompress(packed))
     if payload.format == "png":
         return draw_registration(result, payload.job, store)
     return export_registered(result, payload.job, payload.specimen, payload.format, store)
+
+
+def _match(packed: bytes, drawn: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+    result = result_from_blob(packed)
+    if payload.specimen is not None:
+        assert isinstance(drawn.payload, MatchPayload)
+        return export_match_registered(result, drawn.payload, payload.format, store)
+    if payload.format != "png":
+        return export_match(result, payload.format, store)
+    return _drawn_match(result, payload, store)
+
+
+_Present = Callable[[bytes, JobRecord, PicturePayload, Store], bytes]
+
+_PRESENTED: Final[Mapping[JobKind, _Present]] = {
+    JobKind.DISSIMILARITIES: _matrix,
+    JobKind.TRANSFER: _transfer,
+    JobKind.REGISTRATION: _registration,
+    JobKind.MATCH: _match,
+}
+"""Pictures and files of the results of each kind of jobs that has some."""
 
 
 def _drawn_match(result: MatchResult, payload: PicturePayload, store: Store) -> bytes:
