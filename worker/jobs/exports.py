@@ -27,11 +27,11 @@ from solver.transfer.files import (
     write_textured_glb,
     write_textured_obj,
 )
+from worker.jobs.carrying import colors_of_file, solver_map
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
 from worker.jobs.textures import carried_paint, own_textures, texture_of
-from worker.jobs.transfers import colors_of_file, solver_map
 from worker.pictures import colors_by_place
 
 _APART = 1.2

@@ -14,9 +14,9 @@ from solver.errors import OptionError
 from solver.mesh import TriangleMesh
 from solver.templates import register_template
 from solver.transfer.files import WrittenSurface, write_surface
+from worker.jobs.carrying import colors_of_file, solver_map
 from worker.jobs.failures import ResultGone, ShapeGone
 from worker.jobs.meshes import mesh_of, spectrum_key_of, stored_mesh
-from worker.jobs.transfers import colors_of_file, solver_map
 from worker.pictures import draw_components
 
 

@@ -1,0 +1,298 @@
+"""What a transfer carries: attributes of a file or of the shape, or images of landmarks."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from broker.contracts import (
+    LANDMARKS,
+    TEXTURE,
+    UV,
+    DenseCorrespondence,
+    InverseCorrespondence,
+    SurfacePoint,
+    TransferKind,
+    TransferPayload,
+)
+from broker.store import Store
+from solver import registration, transfer
+from solver.arrays import FloatArray
+from solver.control import Control
+from solver.errors import MeshError, OptionError, TransferError
+from solver.mesh import TriangleMesh
+from solver.mesh.formats import mesh_in_zip
+from solver.mesh.textures import Paint
+from solver.transfer import (
+    COLORS,
+    COLORS_NAME,
+    FACES,
+    VERTICES,
+    Attribute,
+    Landmarks,
+    PullBack,
+)
+from solver.transfer.attributes import Along
+from solver.transfer.files import read_attributes
+from worker.jobs.attribute_rows import with_rows_known
+from worker.jobs.context import JobContext
+from worker.jobs.failures import AttributesGone, ShapeGone
+from worker.jobs.meshes import stored_mesh
+from worker.jobs.textures import carried_paint, corner_attributes, texture_of
+
+CHANNELS: Final = ("red", "green", "blue")
+"""Columns of colours."""
+
+_NAMED: Final = 10
+"""Missing landmarks that a warning names."""
+
+
+@dataclass(frozen=True, eq=False)
+class TransferRequest:
+    """What to carry, along which map.
+
+    Parameters
+    ----------
+    payload
+        Of the job.
+    dense, inverse
+        The map of the match, and that of the target's vertices.
+    context
+        Of the job.
+    control
+        Reports progress and cancels.
+    """
+
+    payload: TransferPayload
+    dense: DenseCorrespondence
+    inverse: InverseCorrespondence
+    context: JobContext
+    control: Control
+
+    @property
+    def store(self) -> Store:
+        """The store of the job."""
+        return self.context.store
+
+    def source(self) -> TriangleMesh:
+        """Return the mesh that is carried from."""
+        return stored_mesh(self.payload.source, self.store.shapes)
+
+    def target(self) -> TriangleMesh:
+        """Return the mesh that is carried to."""
+        return stored_mesh(self.payload.target, self.store.shapes)
+
+    def along(self) -> registration.DenseCorrespondence:
+        """Return the map in the direction of the transfer."""
+        return solver_map(self.dense, self.inverse, forwards=self._is_forwards)
+
+    def back(self) -> registration.DenseCorrespondence:
+        """Return the map against it: each vertex takes the value at its image."""
+        return solver_map(self.dense, self.inverse, forwards=not self._is_forwards)
+
+    @property
+    def _is_forwards(self) -> bool:
+        return self.payload.direction == "source_to_target"
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Carried attributes, or the images of landmarks."""
+
+    attributes: tuple[Attribute, ...] = ()
+    points: tuple[SurfacePoint | None, ...] | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def carried_by(request: TransferRequest) -> Carried:
+    """Carry what is asked for.
+
+    Raises
+    ------
+    ShapeGone, AttributesGone
+        A shape or the attribute file expired or was deleted.
+    OptionError, TransferError
+        The attributes cannot be carried.
+    Cancelled
+        Through the control.
+    """
+    return _CARRIERS.get(request.payload.what, _carry_values)(request)
+
+
+def _carry_landmarks(request: TransferRequest) -> Carried:
+    request.control.report("mapping the landmarks", 0.5)
+    points = _images(request.payload.points, request.along(), request.target())
+    return Carried(points=points, warnings=_without_image(points))
+
+
+def _carry_texture(request: TransferRequest) -> Carried:
+    request.control.report("sampling the texture", 0.5)
+    back = request.back()
+    pixels = PullBack.along(back)
+    colors = _texture_colors(request.payload, back, pixels, request.store)
+    return Carried((colors,), warnings=_without_value(colors, pixels))
+
+
+def _carry_texture_coordinates(request: TransferRequest) -> Carried:
+    request.control.report("mapping the texture coordinates", 0.5)
+    target = request.target()
+    paint = carried_paint(request.payload.source, target, request.back(), request.store.shapes)
+    return Carried(corner_attributes(target, paint), warnings=_without_coordinates(paint))
+
+
+def _carry_values(request: TransferRequest) -> Carried:
+    request.control.report("carrying the values", 0.5)
+    payload, back = request.payload, request.back()
+    source, target = request.source(), request.target()
+    asked = transfer.selected(_attributes(payload, request.store), payload.what, payload.names)
+    chosen = with_rows_known(asked, source, payload)
+    onto = payload.on or _shared([one.on for one in chosen])
+    if onto == FACES and target.is_cloud:
+        # As `on` is left out: the service refuses faces of a point cloud.
+        message = 'the values are of faces, which a point cloud has not; give "vertices"'
+        raise OptionError("on", message)
+    ways: dict[str, Along] = {}
+    for of in dict.fromkeys(one.on or VERTICES for one in chosen):
+        pointwise = FACES not in (onto, of)
+        ways[of] = (
+            PullBack.along(back)
+            if pointwise
+            else transfer.overlap_of(target, back, source, onto, of)
+        )
+    carried = [
+        transfer.carried(one, payload.what, ways[one.on or VERTICES], payload.influences, onto)
+        for one in chosen
+    ]
+    last = ways[chosen[-1].on or VERTICES]
+    return Carried(tuple(carried), warnings=_without_value(carried[-1], last))
+
+
+_CARRIERS: Final[Mapping[TransferKind, Callable[[TransferRequest], Carried]]] = {
+    LANDMARKS: _carry_landmarks,
+    TEXTURE: _carry_texture,
+    UV: _carry_texture_coordinates,
+}
+"""How each kind is carried; those that are left out, as values of vertices or faces."""
+
+
+def solver_map(
+    dense: DenseCorrespondence, inverse: InverseCorrespondence, *, forwards: bool
+) -> registration.DenseCorrespondence:
+    """Return one direction of a stored map, as the solver takes it."""
+    first, second = (dense.source, dense.target) if forwards else (inverse.target, inverse.source)
+    one = dense if forwards else inverse
+    return registration.DenseCorrespondence(
+        np.array(first, dtype=np.int64),
+        np.array(second, dtype=np.int64),
+        np.array(one.faces, dtype=np.int64).reshape(-1, 3),
+        np.array(one.barycentric, dtype=np.float64).reshape(-1, 3),
+    )
+
+
+def colors_of_file(mesh: TriangleMesh, colors: FloatArray) -> Attribute:
+    """Return (V, 3) colours of a mesh by the vertex numbers of its file."""
+    ids, own = mesh.numbering
+    rows = np.zeros((int(ids[-1]) + 1, 3))
+    rows[ids] = colors[own]
+    return Attribute(COLORS_NAME, rows, CHANNELS)
+
+
+def _shared(on: Sequence[str | None]) -> str:
+    """Faces if all attributes are of faces, else vertices."""
+    return FACES if set(on) == {FACES} else VERTICES
+
+
+def _attributes(payload: TransferPayload, store: Store) -> tuple[Attribute, ...]:
+    """Attributes of the uploaded file, or of the shape's own."""
+    if payload.attributes is not None:
+        record = store.attributes.use(payload.attributes)
+        file = store.attributes.file(payload.attributes)
+        if record is None or file is None:
+            raise AttributesGone(payload.attributes)
+        return read_attributes(file, record.file_type)
+    mesh = stored_mesh(payload.source, store.shapes)
+    if payload.what == COLORS:
+        return (_own_colors(mesh),)
+    shape, data = store.shapes.get(payload.source), store.shapes.upload(payload.source)
+    if shape is None or data is None:
+        raise ShapeGone(payload.source)
+    try:
+        inside = mesh_in_zip(data) if shape.file_type == "zip" else (shape.file_type, data)
+        return read_attributes(inside[1], inside[0])
+    except (MeshError, TransferError) as error:
+        message = f"the shape's own file has none ({error}); upload a file of attributes"
+        raise OptionError("attributes", message) from error
+
+
+def _texture_colors(
+    payload: TransferPayload,
+    back: registration.DenseCorrespondence,
+    along: PullBack,
+    store: Store,
+) -> Attribute:
+    surface, paint = texture_of(payload.source, store.shapes)
+    vertices = Landmarks(
+        np.repeat(back.source[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(back.source), 1))
+    )
+    colors = along.spread(transfer.texture_colors(vertices, back, surface, paint), np.nan)
+    return Attribute(COLORS_NAME, colors, CHANNELS)
+
+
+def _own_colors(mesh: TriangleMesh) -> Attribute:
+    """Colours of a shape, which are those of its texture if it has one."""
+    if mesh.colors is None:
+        raise OptionError("attributes", "the shape has no colours; upload a file of attributes")
+    return colors_of_file(mesh, mesh.colors)
+
+
+def _images(
+    points: Sequence[SurfacePoint],
+    dense: registration.DenseCorrespondence,
+    target: TriangleMesh,
+) -> tuple[SurfacePoint | None, ...]:
+    """Images of landmarks; None for those with a corner that the map does not have."""
+    corners = np.array([one.vertices for one in points], dtype=np.int64)
+    mapped = np.isin(corners, dense.source).all(axis=1)
+    images: list[SurfacePoint | None] = [None] * len(points)
+    if not mapped.any():
+        return tuple(images)
+    weights = np.array([one.weights for one in points])
+    try:
+        found = transfer.landmark_images(Landmarks(corners[mapped], weights[mapped]), dense, target)
+    except TransferError as error:
+        raise OptionError("points", str(error)) from error
+    shares = found.barycentric.clip(0.0, 1.0)
+    for place, three, share in zip(np.flatnonzero(mapped), found.corners, shares, strict=True):
+        images[place] = SurfacePoint(vertices=tuple(three.tolist()), weights=tuple(share.tolist()))
+    return tuple(images)
+
+
+def _without_image(points: Sequence[SurfacePoint | None]) -> tuple[str, ...]:
+    """Which landmarks are missing, and why, if some are."""
+    missing = [str(place) for place, one in enumerate(points) if one is None]
+    if not missing:
+        return ()
+    more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+    return (
+        f"{len(missing)} of {len(points)} landmarks are missing, as they have no partner or are not"
+        f" part of the mapped surface: points {', '.join(missing[:_NAMED])}{more}, counted from 0",
+    )
+
+
+def _without_value(carried: Attribute, along: Along) -> tuple[str, ...]:
+    """How many rows have no value, and why, if some have none."""
+    of, rows = carried.on or VERTICES, len(carried.values)
+    warnings = []
+    if outside := rows - len(along.reached):
+        warnings.append(f"{outside} {of} of the file are not part of the mapped surface")
+    if carried.values.dtype.kind == "f":
+        reached = carried.values[along.reached].reshape(len(along.reached), -1)
+        if unknown := int(np.isnan(reached).any(axis=1).sum()):
+            warnings.append(f"{unknown} {of} have no value: what they correspond to has none")
+    return tuple(warnings)
+
+
+def _without_coordinates(paint: Paint) -> tuple[str, ...]:
+    count = 3 * int((paint.texture_of_face < 0).sum())
+    return (f"{count} corners of triangles have no texture coordinates",) if count else ()
