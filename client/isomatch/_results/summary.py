@@ -30,4 +30,4 @@ def screen(heading: str, lines: Sequence[str]) -> str:
 
 def change(before: float, after: float) -> str:
     """Return a measure before and after, once if it is the same."""
-    return f"{after:.3f}" if before == after else f"{before:.3f} -> {after:.3f}"
+    return f"{after:.3g}" if before == after else f"{before:.3g} -> {after:.3g}"

@@ -84,16 +84,16 @@ def test_maps_of_a_large_collection_fit_a_screen_and_begin_with_what_does_not_fi
         }
     )
     heading, *lines = str(result).splitlines()
-    assert heading == "119 of 120 pairs of 16 shapes mapped; mean cycle error 0.250 -> 0.125"
+    assert heading == "119 of 120 pairs of 16 shapes mapped; mean cycle error 0.25 -> 0.125"
     assert len(lines) == 21
     assert lines[0] == "  s15.ply (0f0f0f0f): does not fit: odd"
     assert lines[1].endswith(
-        ": confidence 97 %; cycle error 0.250; does not fit: it is probably wrong"
+        ": confidence 97 %; cycle error 0.25; does not fit: it is probably wrong"
     )
     assert lines[2].endswith(
         "s14.ply (0e0e0e0e) - s15.ply (0f0f0f0f): no map; does not fit: no time"
     )
-    assert lines[3].endswith("cycle error 0.250 -> 0.125; through s5.ply (05050505)")
+    assert lines[3].endswith("cycle error 0.25 -> 0.125; through s5.ply (05050505)")
     assert lines[-1] == "  and 101 more"
 
 
