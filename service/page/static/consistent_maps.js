@@ -10,6 +10,7 @@ import { mapScenes } from "./map_scenes.js";
 import { problemBox } from "./problem.js";
 import { linkButton } from "./share_link.js";
 
+/** End of the scale of probabilities. */
 const CERTAINTY = () => ({ most: 1, clipped: false });
 /** What the cells of the heat map have. */
 const MEASURES = {

@@ -169,7 +169,7 @@ export class Scene {
     return {
       type: "scatter3d", mode: "markers", hoverinfo: "skip",
       ...columnsOf(pair === null ? [] : [hidden ? front(this.#points[pair]) : this.#points[pair]]),
-      marker: { size: 16, symbol: hidden ? "diamond-open" : "circle-open", color: colorOf("mark"), line: { width: 5 } },
+      marker: { size: 16, symbol: hidden ? "diamond-open" : "circle-open", color: colorOf("ring"), line: { width: 5 } },
     };
   }
 
