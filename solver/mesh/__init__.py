@@ -1,10 +1,11 @@
-"""Triangle meshes: reading, repair, colours, normals, curvature, simplification, nearest points."""
+"""Triangle meshes: reading, repair, components, normals, curvature, simplification, projection."""
 
+from solver.mesh.components import component_areas, largest_component, of_components
 from solver.mesh.file_contents import mapped_surface, textured_surface
 from solver.mesh.mean_curvature import mean_curvature_measures
 from solver.mesh.nearest_points import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.mesh.normals import face_normals, vertex_normals
-from solver.mesh.reading import MESH_FORMATS, largest_component, read_mesh, triangle_mesh
+from solver.mesh.reading import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.mesh.rotations import nearest_rotations
 from solver.mesh.simplification import simplified
 from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
@@ -12,6 +13,7 @@ from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
 __all__ = [
     "MESH_FORMATS",
     "TriangleMesh",
+    "component_areas",
     "descend",
     "face_normals",
     "largest_component",
@@ -20,6 +22,7 @@ __all__ = [
     "nearest_in_fan",
     "nearest_in_triangle",
     "nearest_rotations",
+    "of_components",
     "project",
     "read_mesh",
     "simplified",

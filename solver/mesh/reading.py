@@ -1,4 +1,4 @@
-"""Meshes read from files and made of arrays, checked and repaired; components of them."""
+"""Meshes read from files and made of arrays, checked and repaired."""
 
 from dataclasses import replace
 
@@ -6,10 +6,11 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
+from solver.mesh.components import note_of_links
 from solver.mesh.formats import READERS
 from solver.mesh.point_cloud import surface_of_points
 from solver.mesh.repair import TriangleSoup, repaired
-from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
+from solver.mesh.triangle_mesh import TriangleMesh
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
@@ -110,35 +111,6 @@ def triangle_mesh(
     return _checked(TriangleSoup(points, triangles, colors, vertex_ids, face_ids))
 
 
-def largest_component(mesh: TriangleMesh) -> TriangleMesh:
-    """Keep the connected component of largest area.
-
-    Parameters
-    ----------
-    mesh
-        Any mesh.
-
-    Returns
-    -------
-    TriangleMesh
-        `mesh` itself if it is connected; else the component, with a warning that says how much of
-        the area was kept. `vertex_ids` keeps the user's numbers.
-    """
-    if mesh.components == 1:
-        return mesh
-    label, areas = mesh.component_of_vertex[mesh.faces[:, 0]], _component_areas(mesh)
-    largest = int(np.argmax(areas))
-    share = areas[largest] / areas.sum()
-    note = (
-        f"only the largest of {mesh.components} components was kept: "
-        f"{100.0 * share:.3g} % of the area"
-    )
-    notes = tuple(known for known in mesh.warnings if known != _note_of_links(mesh))
-    kept = replace(mesh.soup(), notes=notes).of_faces(label == largest).compacted()
-    found = TriangleMesh.of(kept.noting(note))
-    return replace(found, file_rows=mesh.file_rows, is_cloud=mesh.is_cloud)
-
-
 def _checked(soup: TriangleSoup) -> TriangleMesh:
     if not len(soup.vertices):
         raise MeshError("the mesh has no vertices")
@@ -150,7 +122,7 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
     mesh = TriangleMesh.of(repaired(replace(soup, paint=None, normals=None)))
-    warnings = mesh.warnings if mesh.components == 1 else (*mesh.warnings, _note_of_links(mesh))
+    warnings = mesh.warnings if mesh.components == 1 else (*mesh.warnings, note_of_links(mesh))
     return mesh.with_same_faces(warnings=warnings, file_rows=rows, is_cloud=soup.is_cloud)
 
 
@@ -159,19 +131,3 @@ def _rows_of_file(soup: TriangleSoup) -> tuple[int, int]:
     ids = soup.face_ids
     faces = len(soup.faces) if ids is None else int(ids.max(initial=-1)) + 1
     return len(soup.vertices) + len(soup.merged), faces
-
-
-def _component_areas(mesh: TriangleMesh) -> FloatArray:
-    """(C,) area of each component."""
-    label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    areas = np.bincount(label, weights=triangle_areas(mesh.vertices, mesh.faces))
-    return areas.astype(np.float64)
-
-
-def _note_of_links(mesh: TriangleMesh) -> str:
-    areas = _component_areas(mesh)
-    return (
-        f"{mesh.components} components are linked where they are nearest, and matched as one"
-        f" surface; `largest_component` takes the largest alone,"
-        f" {100.0 * areas.max() / areas.sum():.3g} % of the area"
-    )
