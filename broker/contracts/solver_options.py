@@ -187,11 +187,12 @@ class MatchOptions(StrictModel):
                 " boundary is longer than half of √area and it lacks more than a thirteenth of"
                 " the other's area by that match; where both boundaries are longer than 0.3"
                 " √area, again as overlapping, which is the answer if either lacks as much or"
-                " the two disagree. Points without a partner stay unmatched, vertices without"
-                " one are left out of `dense`; `overlap` of the result tells which shares of"
-                " both have one. Points are matched at one level, by geodesic distance, and"
-                " `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is"
-                " that of the files, else it is found. Not with `refine`."
+                " the two disagree. Then, too, components that the other shape has nothing of,"
+                " such as a floor, are left out. Points without a partner stay unmatched,"
+                " vertices without one are left out of `dense`; `overlap` of the result tells"
+                " which shares of both have one. Points are matched at one level, by geodesic"
+                " distance, and `occlusion_cost` is 0.25 unless given. With `normalise` false"
+                " the scale is that of the files, else it is found. Not with `refine`."
             ),
         )
     )

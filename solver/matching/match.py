@@ -10,6 +10,7 @@ from solver.matching.part import find_part, match_part
 from solver.matching.report import cut_short
 from solver.matching.result import Match
 from solver.matching.sampling import common_size
+from solver.matching.strays import with_fewer_components, without_strays
 from solver.matching.whole import match_whole
 from solver.shape import Shape
 
@@ -63,7 +64,7 @@ def match(
         if options.partial in PARTS:
             found = _match_given_part(source, target, options, control)
         elif options.may_be_partial:
-            found = match_detected(source, target, options, control)
+            source, target, found = _match_components(source, target, options, control)
         else:
             found, _ = match_whole(source, target, options, control)
     warnings = (
@@ -85,3 +86,28 @@ def _match_given_part(
             "a shape has too few vertices, or nothing on the two is alike; match them as wholes",
         )
     return match_part(known, options, control)
+
+
+def _match_components(
+    source: Shape, target: Shape, options: MatchOptions, control: Control
+) -> tuple[Shape, Shape, Match]:
+    """Match what is left of two shapes without strays.
+
+    What only overlaps is matched anew in doubt with a component less, until an answer is sure.
+    """
+    source, target = without_strays(source, target, options.landmarks, control)
+    fewer = list(with_fewer_components(source, target, options.landmarks))
+    steps = 1 + len(fewer)
+    first, *others = (control.between(step / steps, (step + 1) / steps) for step in range(steps))
+    found = match_detected(source, target, options, first)
+    if found.overlap is None or _is_sure(found):
+        return source, target, found
+    for shapes, later in control.in_time(zip(fewer, others, strict=True)):
+        other = match_detected(*shapes, options, later)
+        if _is_sure(other):
+            return *shapes, other
+    return source, target, found
+
+
+def _is_sure(found: Match) -> bool:
+    return found.confidence is not None and found.confidence.is_sure

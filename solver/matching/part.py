@@ -22,7 +22,7 @@ from solver.matching.report import report_match
 from solver.matching.result import Match, Overlap
 from solver.matching.sampling import too_few
 from solver.matching.structures import build_level
-from solver.registration import STAGE, SURE
+from solver.registration import STAGE
 from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.partial import PartMap, register_part
 from solver.shape import Shape
@@ -93,7 +93,7 @@ class KnownPart:
     @property
     def sure(self) -> bool:
         """Whether nothing more is searched."""
-        return self.probability >= SURE
+        return self.surfaces.confidence.is_sure
 
 
 def find_part(

@@ -72,6 +72,11 @@ class Confidence:
     reasons: tuple[str, ...]
     measures: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def is_sure(self) -> bool:
+        """Whether there is no reason for doubt."""
+        return self.probability >= SURE
+
     def among(self, scores: Sequence[float], exact: float) -> "Confidence":
         """Return the confidence in the first of some answers, of which others may be exact, too.
 

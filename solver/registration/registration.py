@@ -10,7 +10,7 @@ from solver.errors import MeshError
 from solver.registration.alignment import GLOBAL, Pairs
 from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points, first_pairs
 from solver.registration.choice import COARSE, LANDMARK, Candidate, Task, again, choose
-from solver.registration.confidence import SURE, Confidence
+from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.lacking import share_lacking
@@ -217,7 +217,7 @@ def register(
     found = _registered(source, target, task, hypotheses, first, others=others)
     if len(landmarks[0]):
         # Landmarks may mean the mirror image; hardly where the direct answer surely meets them.
-        doubted = found.candidate.missed > LANDMARK or found.confidence.probability < SURE
+        doubted = found.candidate.missed > LANDMARK or not found.confidence.is_sure
         mirrored = _registered(
             source, target, task.reflected(), hypotheses, second, others=False, further=doubted
         )
@@ -313,7 +313,7 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
     score = known.confidence.measures.get("refined_score")
     if score is None or glued[0] == glued[1]:
         return known
-    if known.confidence.probability >= SURE or control.expired:
+    if known.confidence.is_sure or control.expired:
         return known
     try:
         found = search_opened(known.source, known.target, rematch, score, control)

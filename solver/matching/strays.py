@@ -1,0 +1,223 @@
+"""Stray components: what a scan has caught besides the shape, such as the floor it stands on.
+
+Components are linked and matched as one surface, as bodies come in pieces. But some may be nothing
+that the other shape has. Then the shapes fit far better without.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from solver.arrays import BoolArray, IntArray
+from solver.control import Control
+from solver.errors import MeshError
+from solver.matching.landmarks import landmark_vertices
+from solver.mesh import TriangleMesh, component_areas, of_components
+from solver.mesh.repair import counted
+from solver.registration import STAGE, first_registration
+from solver.registration.reduction import reduction
+from solver.shape import Shape
+
+_LEAST_SHARE = 0.02
+"""Share of the area from which a component is looked at by itself, and all smaller ones together:
+less hardly changes where the others go."""
+
+_MOST = 4
+"""Components of a shape that are looked at by themselves, the largest."""
+
+_MARGIN = 1.0
+"""How much less the score has to be for each that is left out. Without balls, floors and debris
+beside people it is 0.7 to 5 less; of 40 pieces of bodies it is 0.4 less without two, and more
+without the others."""
+
+Shapes = tuple[Shape, Shape]
+Kept = tuple[BoolArray, BoolArray]
+Loose = tuple[list[IntArray], list[IntArray]]
+
+
+def without_strays(
+    source: Shape, target: Shape, landmarks: tuple[tuple[int, int], ...], control: Control
+) -> Shapes:
+    """Leave out components of two shapes that the other has nothing of.
+
+    One after the other, as long as the shapes fit far better without. What both have, as a skull
+    its jaw, fits better without, too, if it has moved: so nothing of both is left out at once where
+    the answer is sure.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y.
+    landmarks
+        Pairs of the user's own vertex numbers; components with one are kept.
+    control
+        Cancels; past its deadline, nothing more is tried.
+
+    Returns
+    -------
+    The same shapes, or what is left of them, with a warning each; vertices of what is left out
+    have no image, as those of debris.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    OptionError
+        A landmark is not on its mesh.
+    """
+    shapes = source, target
+    loose = _loose(shapes, landmarks)
+    if not any(loose):
+        return shapes
+    with control.stage(STAGE):
+        found, best = _tried(shapes, _every(shapes), control), None
+        while found is not best:
+            best = found
+            trials = [
+                _tried(shapes, kept, control, best.left_out + count)
+                for kept, count in control.in_time(_fewer(best.kept, loose))
+                if count == 1 or not best.is_sure
+            ]
+            found = min([best, *trials], key=lambda one: one.score)
+    return _left(shapes, found.kept)
+
+
+def with_fewer_components(
+    source: Shape, target: Shape, landmarks: tuple[tuple[int, int], ...]
+) -> Iterator[Shapes]:
+    """Leave out one component of a shape, or of each: the smaller, the earlier.
+
+    For what only overlaps: how a part fits when it is registered as a whole says little.
+
+    Parameters
+    ----------
+    source, target, landmarks
+        As for :func:`without_strays`.
+
+    Yields
+    ------
+    What is left of the shapes, with warnings.
+
+    Raises
+    ------
+    OptionError
+        A landmark is not on its mesh.
+    """
+    shapes = source, target
+    for kept, _ in _fewer(_every(shapes), _loose(shapes, landmarks)):
+        yield _left(shapes, kept)
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """A first registration of some components of both shapes.
+
+    Parameters
+    ----------
+    kept
+        (C,) components of X and of Y that are kept.
+    left_out
+        How many times some were left out.
+    score
+        Of the fit, and the margin for each time; infinite for what cannot be registered.
+    is_sure
+        Whether the answer is.
+    """
+
+    kept: Kept
+    left_out: int
+    score: float
+    is_sure: bool
+
+
+def _tried(shapes: Shapes, kept: Kept, control: Control, left_out: int = 0) -> _Trial:
+    """Register some components of both shapes, reduced."""
+    source, target = (_reduced(*one) for one in zip(shapes, kept, strict=True))
+    try:
+        found = first_registration(source, target, control)
+    except MeshError:
+        found = None
+    if found is None:
+        return _Trial(kept, left_out, np.inf, is_sure=False)
+    score = found.score + _MARGIN * left_out
+    return _Trial(kept, left_out, score, found.confidence.is_sure)
+
+
+def _every(shapes: Shapes) -> Kept:
+    source, target = (np.ones(one.mesh.components, dtype=np.bool_) for one in shapes)
+    return source, target
+
+
+def _loose(shapes: Shapes, landmarks: tuple[tuple[int, int], ...]) -> Loose:
+    """Components of both shapes that may be left out."""
+    source, target = (one.mesh for one in shapes)
+    ours, theirs = landmark_vertices(landmarks, source, target).T
+    return _loose_of(source, ours), _loose_of(target, theirs)
+
+
+def _loose_of(mesh: TriangleMesh, landmarks: IntArray) -> list[IntArray]:
+    """Components of one shape that may be left out, all small ones together, the smallest first."""
+    if mesh.components == 1:
+        return []
+    shares = component_areas(mesh) / mesh.area
+    ascending = np.argsort(shares)
+    first_large = int(np.searchsorted(shares[ascending], _LEAST_SHARE))
+    small, large = ascending[:first_large], ascending[first_large:][-_MOST:]
+    found = [] if shares[small].sum() < _LEAST_SHARE else [small]
+    if len(large) > 1:
+        found += np.split(large, len(large))
+    held = mesh.component_of_vertex[landmarks]
+    return [one for one in found if not np.isin(one, held).any()]
+
+
+def _fewer(kept: Kept, loose: Loose) -> Iterator[tuple[Kept, int]]:
+    """Leave more of one shape out, or of each, but never all; and of how many shapes."""
+    nothing = np.zeros(0, dtype=np.int64)
+    here, there = (
+        [nothing, *(one for one in many if known[one].any())]
+        for known, many in zip(kept, loose, strict=True)
+    )
+    for out in sorted(product(here, there), key=_shapes_of)[1:]:
+        fewer = kept[0].copy(), kept[1].copy()
+        for known, numbers in zip(fewer, out, strict=True):
+            known[numbers] = False
+        if all(known.any() for known in fewer):
+            yield fewer, _shapes_of(out)
+
+
+def _shapes_of(out: tuple[IntArray, IntArray]) -> int:
+    """Of how many shapes something is left out."""
+    return sum(len(one) > 0 for one in out)
+
+
+def _reduced(shape: Shape, kept: BoolArray) -> Shape:
+    """Return what is kept of a shape, reduced."""
+    fewer = reduction(shape)
+    if kept.all():
+        return fewer.shape
+    mesh = fewer.shape.mesh
+    original = np.empty(mesh.components, dtype=np.int64)
+    original[mesh.component_of_vertex] = shape.mesh.component_of_vertex[fewer.vertices]
+    return shape.with_mesh(of_components(mesh, kept[original], ""))
+
+
+def _left(shapes: Shapes, kept: Kept) -> Shapes:
+    source, target = (_left_of(*one) for one in zip(shapes, kept, strict=True))
+    return source, target
+
+
+def _left_of(shape: Shape, kept: BoolArray) -> Shape:
+    """Return what is kept of a shape, with a warning that says what is left out."""
+    if kept.all():
+        return shape
+    mesh, out = shape.mesh, ~kept
+    areas = component_areas(mesh)
+    share = 100.0 * areas[out].sum() / areas.sum()
+    vertices = counted(int(out[mesh.component_of_vertex].sum()), "vertex", "vertices")
+    note = (
+        f"left out {counted(int(out.sum()), 'component')} of {vertices}, {share:.3g} % of the area:"
+        " without, the shapes fit far better; `partial: none` keeps all"
+    )
+    return shape.with_mesh(of_components(mesh, kept, note))
