@@ -10,9 +10,15 @@ from solver.matching.part import find_part, match_part
 from solver.matching.report import cut_short
 from solver.matching.result import Match
 from solver.matching.sampling import common_size
-from solver.matching.strays import with_fewer_components, without_strays
+from solver.matching.strays import largest_components, without_strays
 from solver.matching.whole import match_whole
 from solver.shape import Shape
+
+_LIKELY = 0.5
+"""Probability from which an answer is rather right than wrong."""
+
+_PROGRESS = (0.0, 0.7), (0.7, 1.0)
+"""Progress of a match, and of that of the largest components."""
 
 
 def match(
@@ -93,21 +99,20 @@ def _match_components(
 ) -> tuple[Shape, Shape, Match]:
     """Match what is left of two shapes without strays.
 
-    What only overlaps is matched anew in doubt with a component less, until an answer is sure.
+    How a part with strays fits as a whole says little. So one whose answer is not likely is matched
+    again by its largest component alone.
     """
-    source, target = without_strays(source, target, options.landmarks, control)
-    fewer = list(with_fewer_components(source, target, options.landmarks))
-    steps = 1 + len(fewer)
-    first, *others = (control.between(step / steps, (step + 1) / steps) for step in range(steps))
-    found = match_detected(source, target, options, first)
-    if found.overlap is None or _is_sure(found):
-        return source, target, found
-    for shapes, later in control.in_time(zip(fewer, others, strict=True)):
-        other = match_detected(*shapes, options, later)
-        if _is_sure(other):
-            return *shapes, other
-    return source, target, found
+    shapes = without_strays(source, target, options.landmarks, control)
+    largest = largest_components(*shapes, options.landmarks)
+    if largest == shapes:
+        return *shapes, match_detected(*shapes, options, control)
+    first, last = (control.between(*ends) for ends in _PROGRESS)
+    found = match_detected(*shapes, options, first)
+    if found.overlap is None or _is_likely(found) or control.expired:
+        return *shapes, found
+    other = match_detected(*largest, options, last)
+    return (*largest, other) if _is_likely(other) else (*shapes, found)
 
 
-def _is_sure(found: Match) -> bool:
-    return found.confidence is not None and found.confidence.is_sure
+def _is_likely(found: Match) -> bool:
+    return found.confidence is not None and found.confidence.probability >= _LIKELY

@@ -84,21 +84,19 @@ def without_strays(
     return _left(shapes, found.kept)
 
 
-def with_fewer_components(
+def largest_components(
     source: Shape, target: Shape, landmarks: tuple[tuple[int, int], ...]
-) -> Iterator[Shapes]:
-    """Leave out one component of a shape, or of each: the smaller, the earlier.
-
-    For what only overlaps: how a part fits when it is registered as a whole says little.
+) -> Shapes:
+    """Leave out all components but the largest of each shape, and those with landmarks.
 
     Parameters
     ----------
     source, target, landmarks
         As for :func:`without_strays`.
 
-    Yields
-    ------
-    What is left of the shapes, with warnings.
+    Returns
+    -------
+    The same shapes, or what is left of them, with a warning each.
 
     Raises
     ------
@@ -106,8 +104,13 @@ def with_fewer_components(
         A landmark is not on its mesh.
     """
     shapes = source, target
-    for kept, _ in _fewer(_every(shapes), _loose(shapes, landmarks)):
-        yield _left(shapes, kept)
+    kept = _every(shapes)
+    pairs = landmark_vertices(landmarks, source.mesh, target.mesh).T
+    for one, known, ends in zip(shapes, kept, pairs, strict=True):
+        component = one.mesh.component_of_vertex
+        known[:] = False
+        known[[component_areas(one.mesh).argmax(), *component[ends]]] = True
+    return _left(shapes, kept)
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,6 +25,11 @@ _REFLECTED_MARGIN = 3.0
 the measures less by two fifths each. A symmetric body in a mirrored pose fits somewhat better
 reflected, too."""
 
+_OPENED_MARGIN = 0.2
+"""How much less the refined score of opened surfaces has to be. Of 28 answers in doubt for scans
+with handles that are more probable opened, but by less, three would become wrong and none right; of
+15 by more, seven become right and none wrong."""
+
 _PROGRESS = (0.0, 0.5), (0.5, 0.75), (0.75, 1.0)
 """Progress of the direct registration, of the reflected one, and of that of opened surfaces."""
 
@@ -304,23 +309,22 @@ def _registered(
 
 
 def _opened(known: Registration, rematch: Rematch, control: Control) -> Registration:
-    """Register what is left of a surface that is glued, in doubt, if that fits better, refined.
+    """Register what is left of surfaces that are glued, in doubt, if that fits better, refined.
 
-    One of the two is glued if it has handles and the other none. Where both have, tears of one say
-    nothing of the other, and as many answers become wrong as right.
+    A surface is glued if it has handles. Of opened surfaces, and of two that are glued, wrong
+    candidates often fit somewhat better than the right one did: what is opened is not compared.
     """
-    glued = [shape.mesh.genus > 0.0 for shape in (known.source, known.target)]
+    glued = any(shape.mesh.genus > 0.0 for shape in (known.source, known.target))
     score = known.confidence.measures.get("refined_score")
-    if score is None or glued[0] == glued[1]:
+    if score is None or not glued or known.confidence.is_sure or control.expired:
         return known
-    if known.confidence.is_sure or control.expired:
-        return known
+    least = score - _OPENED_MARGIN
     try:
-        found = search_opened(known.source, known.target, rematch, score, control)
+        found = search_opened(known.source, known.target, rematch, least, control)
     except MeshError:
         # What cannot be opened stays closed; the answer for it stands.
         return known
-    if found is None:
+    if found is None or found[1].probability < known.confidence.probability:
         return known
     opened, confidence = found
     return replace(known, opened=opened, confidence=confidence)
