@@ -40,10 +40,6 @@ _AGREE = 0.1
 """Mean geodesic distance over √area within which two registrations agree: the mean error of an
 answer that counts as right."""
 
-_LIKELY = 0.5
-"""Confidence from which a registration as wholes is a candidate of an overlap, which is preferred
-to others that fit as well: a doubtful one is not."""
-
 _BEGUN, _COMPARED = 500, 100
 """Samples whose images a candidate begins at, and are compared, at most."""
 
@@ -122,9 +118,9 @@ def _match_possible_overlap(
     """Match two shapes as surfaces that overlap, unless they are the same as wholes.
 
     Registered as wholes, they then lack little of one another, and lie as they do where they
-    overlap, of which that registration is one candidate, if it is likely. The answer is as sure
-    then as either, as two searches agree; but in doubt where another candidate fits better, though
-    less of them. Surfaces that are equal but for their sampling lack nothing, however many
+    overlap, of which that registration is one candidate, if it is likely, and then preferred to
+    others that fit as well. The answer is as sure then as either, as two searches agree; but in
+    doubt where another candidate fits better, though less of them. Surfaces that are equal but for their sampling lack nothing, however many
     symmetries they have.
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
@@ -133,8 +129,7 @@ def _match_possible_overlap(
         return found
     vertices = smooth_surface(source).samples.vertices[:_BEGUN]
     points = vertices, registration.images(vertices, last)
-    likely = registration.confidence.probability >= _LIKELY
-    begun = points if likely else NO_LANDMARKS
+    begun = points if registration.confidence.is_likely else NO_LANDMARKS
     known = _registered(source, target, BOTH, options, last, begun)
     if known is None:
         return found

@@ -14,9 +14,6 @@ from solver.matching.strays import largest_components, without_strays
 from solver.matching.whole import match_whole
 from solver.shape import Shape
 
-_LIKELY = 0.5
-"""Probability from which an answer is rather right than wrong."""
-
 _PROGRESS = (0.0, 0.7), (0.7, 1.0)
 """Progress of a match, and of that of the largest components."""
 
@@ -115,4 +112,4 @@ def _match_components(
 
 
 def _is_likely(found: Match) -> bool:
-    return found.confidence is not None and found.confidence.probability >= _LIKELY
+    return found.confidence is not None and found.confidence.is_likely

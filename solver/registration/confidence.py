@@ -32,6 +32,9 @@ half the weight is on the side of doubt: a fit to 23 such answers, of which six 
 SURE = 0.9
 """Probability from which no reason for doubt is given."""
 
+_LIKELY = 0.5
+"""Probability from which an answer is rather right than wrong."""
+
 CLOSE = 0.25
 """Difference of scores below which another correspondence fits nearly as well: on generated pairs,
 half of the answers by less are wrong."""
@@ -71,6 +74,11 @@ class Confidence:
     probability: float
     reasons: tuple[str, ...]
     measures: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def is_likely(self) -> bool:
+        """Whether the answer is rather right than wrong."""
+        return self.probability >= _LIKELY
 
     @property
     def is_sure(self) -> bool:
