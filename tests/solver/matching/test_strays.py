@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.arrays import FloatArray, IntArray
+from bench import strays
 from solver.control import Control
 from solver.matching import MatchOptions, match
 from solver.matching.strays import without_strays
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import human
-from tests.solver import shapes
 from tests.solver.matching.test_incomplete import errors
 from tests.solver.matching.test_overlap import RESOLUTION, Cut, body
 
@@ -21,34 +20,14 @@ FLOOR = "left out 1 component of 576 vertices"
 BALL = "left out 1 component of 642 vertices"
 
 
-def with_component(shape: Shape, vertices: FloatArray, faces: IntArray) -> Shape:
-    """The shape and another component, whose vertices come last."""
-    mesh = shape.mesh
-    return Shape(
-        triangle_mesh(
-            np.concatenate([mesh.vertices, vertices]),
-            np.concatenate([mesh.faces, faces + mesh.n_vertices]),
-        )
-    )
-
-
 def with_ball(shape: Shape) -> Shape:
     """A ball of a sixth of the shape's area beside it."""
-    mesh, ball = shape.mesh, shapes.icosphere(3)
-    radius = np.sqrt(mesh.area / 6.0 / (4.0 * np.pi))
-    centre = mesh.vertices.max(axis=0) + radius
-    return with_component(shape, radius * ball.vertices + centre, ball.faces)
+    return Shape(strays.with_ball(shape.mesh, 1.0 / 6.0, np.ones(3)))
 
 
 def with_floor(shape: Shape) -> Shape:
-    """A square floor of half the shape's area below it."""
-    mesh, floor = shape.mesh, shapes.plane_grid(24, 24, 1.0)
-    side = np.sqrt(0.5 * mesh.area)
-    x, z = side * (floor.vertices[:, :2] - 0.5).T
-    middle = mesh.vertices.mean(axis=0)
-    height = np.full(len(x), mesh.vertices[:, 1].min() - 0.02 * side)
-    vertices = np.stack([x + middle[0], height, middle[2] - z], axis=1)
-    return with_component(shape, vertices, floor.faces)
+    """A floor of half the shape's area below it."""
+    return Shape(strays.with_floor(shape.mesh, up=1))
 
 
 def without_hands(one: Cut, width: float) -> Shape:
@@ -120,11 +99,11 @@ def test_components_that_are_asked_for_are_kept(bodies: tuple[Cut, Cut]) -> None
     assert without_strays(source, target, ((0, 0),), Control())[0] is not source
 
 
-def test_half_a_body_with_a_ball_is_matched_without_it(bodies: tuple[Cut, Cut]) -> None:
+def test_half_a_body_with_a_floor_is_matched_without_it(bodies: tuple[Cut, Cut]) -> None:
     rest = human("standing", resolution=RESOLUTION, seed=1).rest
-    half, kept = body("walking", rest[:, 1] < np.median(rest[:, 1]), 1.0)
-    found = match(with_ball(half), bodies[1][0], OPTIONS)
+    half, kept = body("reaching", rest[:, 1] < np.median(rest[:, 1]), 1.0)
+    found = match(with_floor(half), bodies[1][0], OPTIONS)
     assert found.overlap is not None
     assert found.overlap.part == "source"
-    assert any(BALL in warning for warning in found.warnings)
+    assert any(f"source: {FLOOR}" in warning for warning in found.warnings)
     assert errors(found, kept, *bodies[1]).mean() < 0.05
