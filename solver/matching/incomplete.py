@@ -120,8 +120,8 @@ def _match_possible_overlap(
     Registered as wholes, they then lack little of one another, and lie as they do where they
     overlap, of which that registration is one candidate, if it is likely, and then preferred to
     others that fit as well. The answer is as sure then as either, as two searches agree; but in
-    doubt where another candidate fits better, though less of them. Surfaces that are equal but for their sampling lack nothing, however many
-    symmetries they have.
+    doubt where another candidate fits better, though less of them. Surfaces that are equal but
+    for their sampling lack nothing, however many symmetries they have.
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
     found, registration = match_whole(source, target, options, wholly)
