@@ -196,9 +196,9 @@ def register(
     others
         Whether another population of candidates is searched when the answer is in doubt.
     rematch
-        Finds hypotheses on surfaces that are opened where parts of them touch: where one surface
-        has handles, the other none, and the refined answer is still in doubt, it is searched there
-        as well (:func:`.search_opened`). Not where landmarks are given, or the answer is reflected.
+        Finds hypotheses on surfaces that are opened where parts of them touch: where a surface has
+        handles, and the refined answer is still in doubt, it is searched there as well
+        (:func:`.search_opened`). Not where landmarks are given, or the answer is reflected.
 
     Returns
     -------

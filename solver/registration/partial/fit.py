@@ -113,28 +113,6 @@ def measure_part_fit(
     )
 
 
-def fit_at_part(
-    whole: Samples, part: PartSamples, alignment: Alignment, scale: float
-) -> tuple[FloatArray, IntArray]:
-    """Measure the fit of a displaced whole round each sample of the part.
-
-    Parameters
-    ----------
-    whole, part, alignment, scale
-        As for :func:`measure_part_fit`; S and M samples.
-
-    Returns
-    -------
-    densities : (4 + m, M) what the measures are means of, in the order of :class:`.LocalFit`.
-    back : (M,) samples of the whole that the samples of the part were compared with.
-    """
-    back = find_pairs(whole, part, alignment, scale, IN_SPACE).back
-    sheared, stretched = strain(whole, alignment, scale)
-    apart, turned = _apart_and_turned(whole, part, alignment, scale, back)
-    bent = _bent(whole, part, scale, back)
-    return np.stack([apart, turned, sheared[back], np.abs(stretched)[back], *bent.T]), back
-
-
 def _apart_and_turned(
     whole: Samples, part: PartSamples, alignment: Alignment, scale: float, back: IntArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -1,6 +1,5 @@
-"""Refinement of candidates beyond the eigenfunctions, after which the best is chosen."""
+"""Refinement of candidates beyond the eigenfunctions."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,9 +8,13 @@ import numpy as np
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.registration.candidates import NO_LANDMARKS
-from solver.registration.choice import distinct
 from solver.registration.opening import torn_off
-from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs, fit_to_part
+from solver.registration.partial.alignment import (
+    WEIGHTS,
+    PartSamples,
+    find_pairs,
+    fit_to_part,
+)
 from solver.registration.partial.choice import PartCandidate, PartTask
 from solver.registration.partial.cover import (
     covered_by_overlap,
@@ -19,21 +22,15 @@ from solver.registration.partial.cover import (
     covered_by_whole,
     largest_patch,
 )
-from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature, mean_share
-from solver.registration.partial.near_distances import NearDistances
+from solver.registration.partial.fit import RefinedPartFit, mean_share
 from solver.registration.partial.search import FINEST
 from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
 from solver.registration.surface import SmoothSurface, smooth_surface
-from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
+from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest, places
 from solver.shape import Shape
-
-_BEST = 6
-"""Best candidates that are refined twice. Before average curvatures were compared, 19 answers for
-200 generated parts were wrong if the first refinement decided, 12 if the two best were refined
-twice, 8 with four, 7 with six or with all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +69,7 @@ class RefinedPart:
         rest: RigidDisplacement,
         entire: bool,
         control: Control,
+        rounds: int = ROUNDS,
     ) -> "RefinedPart":
         """Displace the whole as rigidly as possible, from where a candidate bends it.
 
@@ -87,6 +85,8 @@ class RefinedPart:
             As for the class.
         control
             May cancel; past its deadline, less is refined.
+        rounds
+            Of displacement and new images.
 
         Raises
         ------
@@ -101,7 +101,7 @@ class RefinedPart:
         covered = covered_by_part(known, images, known.inverse()[0], candidate.scale)
         if not entire:
             covered = largest_patch(surfaces[0], covered)
-        displaced, images = known.refined(rest.drawing(covered), control)
+        displaced, images = known.refined(rest.drawing(covered), control, rounds)
         back, strained = displaced.inverse(), rest.strain(displaced.positions)
         return cls(candidate, rest, displaced, images, back, entire, strained)
 
@@ -261,106 +261,3 @@ class RefinedPart:
         alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
         candidate = replace(known, alignment=alignment)
         return RefinedPart.of((ours, theirs), candidate, at_rest(ours), self.entire, control)
-
-
-@dataclass(frozen=True, eq=False)
-class MeasuredPart:
-    """A refined candidate, as it is compared with others.
-
-    Parameters
-    ----------
-    part
-        The candidate.
-    fit
-        In all measures.
-    """
-
-    part: RefinedPart
-    fit: RefinedPartFit
-
-
-def refine_candidates(
-    whole: Shape,
-    part: Shape,
-    candidates: Iterable[PartCandidate],
-    entire: bool,
-    control: Control,
-) -> list[MeasuredPart]:
-    """Refine candidates, and the best once more, by what then has a partner.
-
-    Parts are mended before they are compared: of 196 generated ones, 12 answers were wrong then,
-    else 16, before average curvatures were compared. Surfaces that overlap are not: of 59 pairs, 13
-    were wrong then, else 12.
-
-    Parameters
-    ----------
-    whole, part
-        The shapes.
-    candidates
-        One at least.
-    entire
-        As for :func:`.register_part`.
-    control
-        May cancel; past its deadline, fewer are refined, one at least.
-
-    Returns
-    -------
-    Those refined twice, which fit best first; of those that become the same only the best.
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    MeshError
-        The Laplacian of the whole cannot be factored.
-    """
-    comparison = _Comparison.of(whole, part, entire)
-    refined = (
-        RefinedPart.of(comparison.surfaces, one, comparison.rest, entire, control)
-        for one in control.in_time(candidates, least=1)
-    )
-    best = comparison.ranked(refined)[:_BEST]
-    again = (one.part.again(control) for one in control.in_time(best, least=1))
-    return comparison.ranked((one.mended(control) for one in again) if entire else again)
-
-
-@dataclass(frozen=True, eq=False)
-class _Comparison:
-    """What refined candidates are compared by.
-
-    Parameters
-    ----------
-    whole
-        The whole.
-    surfaces
-        Its surface and the part's.
-    rest
-        The whole at rest, of unit area.
-    near
-        Distances on the part; ``None`` where the surfaces only overlap.
-    """
-
-    whole: Shape
-    surfaces: tuple[SmoothSurface, SmoothSurface]
-    rest: RigidDisplacement
-    near: NearDistances | None
-
-    @classmethod
-    def of(cls, whole: Shape, part: Shape, entire: bool) -> "_Comparison":
-        surfaces = smooth_surface(whole), smooth_surface(part)
-        near = NearDistances.of(part, surfaces[1].samples.vertices) if entire else None
-        return cls(whole, surfaces, at_rest(surfaces[0]), near)
-
-    def ranked(self, found: Iterable[RefinedPart]) -> list[MeasuredPart]:
-        """Measure candidates, and return those that differ, the best first."""
-        order = sorted(map(self._measured, found), key=lambda one: one.fit.score)
-        positions = self.surfaces[0].mesh.vertices
-        return [order[row] for row in distinct(positions[one.part.back[0]] for one in order)]
-
-    def _measured(self, one: RefinedPart) -> MeasuredPart:
-        vertices = self.surfaces[1].samples.vertices[: FINEST.part_samples]
-        vertices = vertices[one.part_covered[vertices]]
-        back, near = one.back[0], self.near
-        bent = changes_of_curvature(*self.surfaces, vertices, back[vertices], one.scale)
-        distorted = None if near is None else near.change(self.whole, back, one.scale)
-        return MeasuredPart(one, replace(one.fit, bent=bent, distorted=distorted))

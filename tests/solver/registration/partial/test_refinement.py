@@ -9,7 +9,8 @@ import pytest
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import triangle_mesh
-from solver.registration.partial.refinement import RefinedPart, refine_candidates
+from solver.registration.partial.comparison import refine_candidates
+from solver.registration.partial.refinement import RefinedPart
 from solver.registration.partial.search import search_part
 from solver.shape import Shape
 from synthetic import human
@@ -36,7 +37,7 @@ def right(whole: Shape, kept: IntArray) -> RefinedPart:
     assert (np.unique(faces) == kept).all()
     part = Shape(triangle_mesh(whole.mesh.vertices[kept], np.searchsorted(kept, faces)))
     candidates = search_part(whole, part, Control())
-    return refine_candidates(whole, part, candidates, True, Control())[0].part
+    return refine_candidates(whole, part, candidates, Control(), entire=True, rescaled=True)[0].part
 
 
 @pytest.fixture(scope="module")

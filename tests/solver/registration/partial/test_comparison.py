@@ -1,0 +1,91 @@
+"""Candidates of a part that begin off the truth are registered again, and come closer."""
+
+import time
+
+import numpy as np
+import pytest
+
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.functional_maps import nearest_points
+from solver.mesh import triangle_mesh
+from solver.registration.candidates import NO_LANDMARKS
+from solver.registration.partial.alignment import PartPairs, fit_to_part
+from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
+from solver.registration.partial.comparison import refine_candidates
+from solver.registration.partial.refinement import RefinedPart
+from solver.registration.partial.search import FINEST
+from solver.registration.surface import smooth_surface
+from solver.registration.surface_map import at_rest
+from solver.shape import Shape
+from synthetic import human
+
+SIZE = 20
+
+
+@pytest.fixture(scope="module")
+def whole() -> Shape:
+    body = human("walking", resolution=1500)
+    return Shape(triangle_mesh(body.vertices, body.faces))
+
+
+@pytest.fixture(scope="module")
+def kept(whole: Shape) -> IntArray:
+    """Vertices of the left half, and of what is next to it."""
+    side = whole.mesh.vertices[:, 0]
+    inside = side < np.median(side) + 0.02 * np.ptp(side)
+    return np.unique(whole.mesh.faces[inside[whole.mesh.faces].all(axis=1)])
+
+
+@pytest.fixture(scope="module")
+def half(whole: Shape, kept: IntArray) -> Shape:
+    faces = whole.mesh.faces[np.isin(whole.mesh.faces, kept).all(axis=1)]
+    return Shape(triangle_mesh(whole.mesh.vertices[kept], np.searchsorted(kept, faces)))
+
+
+def begun(whole: Shape, half: Shape, kept: IntArray, off: FloatArray) -> PartCandidate:
+    """The candidate whose partners lie where each vertex of the half is, and (3,) from there."""
+    task = PartTask(smooth_surface(whole), smooth_surface(half), True, False, NO_LANDMARKS)
+    ours, theirs = samples = task.samples(FINEST)
+    positions = task.whole.mesh.vertices
+    back = nearest_points(positions[kept[theirs.vertices]] + off, positions[ours.vertices])
+    scale = float((whole.mesh.area / half.mesh.area) ** 0.5)
+    pairs = PartPairs.of_part(back, len(ours))
+    start = fit_to_part(*samples, pairs, scale, SIZE), scale
+    return register_part_candidate(task, samples, start, ())
+
+
+def error(found: RefinedPart, kept: IntArray) -> float:
+    """Mean distance in √area of the whole from where the half is cut out of it."""
+    positions = found.displaced.source.mesh.vertices
+    return float(np.linalg.norm(positions[found.back[0]] - positions[kept], axis=1).mean())
+
+
+def refined(
+    whole: Shape, half: Shape, control: Control, *candidates: PartCandidate
+) -> list[RefinedPart]:
+    found = refine_candidates(whole, half, candidates, control, entire=True, rescaled=False)
+    return [one.part for one in found]
+
+
+def test_a_candidate_comes_closer_where_it_is_registered_again(
+    whole: Shape, half: Shape, kept: IntArray
+) -> None:
+    """Displaced as rigidly as possible alone, even twice, it hardly does."""
+    off = begun(whole, half, kept, np.array([0.0, 0.25, 0.0]))
+    surfaces = smooth_surface(whole), smooth_surface(half)
+    once = RefinedPart.of(surfaces, off, at_rest(surfaces[0]), True, Control())
+    again = refined(whole, half, Control(), off)[0]
+    assert error(once.again(Control()), kept) > 0.8 * error(once, kept)
+    assert error(again, kept) < 0.2 * error(once, kept)
+
+
+def test_those_that_fit_best_come_first_and_past_the_deadline_only_one_is_refined(
+    whole: Shape, half: Shape, kept: IntArray
+) -> None:
+    known, wrong = (begun(whole, half, kept, np.array([0.0, off, 0.0])) for off in (0.0, 0.8))
+    found = refined(whole, half, Control(), wrong, known)
+    assert error(found[0], kept) < 0.02
+    assert all(error(one, kept) > 0.1 for one in found[1:])
+    (first,) = refined(whole, half, Control(deadline=time.monotonic()), wrong, known)
+    assert error(first, kept) > 0.3
