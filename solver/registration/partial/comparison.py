@@ -8,12 +8,13 @@ and wrong ones hardly fit better for it.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import distinct
-from solver.registration.partial.alignment import PartPairs, fit_to_part
+from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
 from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
@@ -21,7 +22,7 @@ from solver.registration.partial.refinement import RefinedPart
 from solver.registration.partial.search import FINEST
 from solver.registration.refinement import FEWER_ROUNDS
 from solver.registration.rigidity import RigidDisplacement
-from solver.registration.surface import smooth_surface
+from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import ROUNDS, at_rest
 from solver.shape import Shape
 
@@ -145,7 +146,7 @@ class _Comparison:
 
     def registered_again(self, one: RefinedPart, control: Control) -> RefinedPart:
         """Register a part again from where it was refined, and refine that."""
-        samples = self.task.samples(_AGAIN)
+        samples = self._samples
         here, there = (each.vertices for each in samples)
         positions = self.task.whole.mesh.vertices
         back = nearest_points(positions[one.back[0][there]], positions[here])
@@ -154,6 +155,11 @@ class _Comparison:
         return self.refined(
             register_part_candidate(self.task, samples, start, _AGAIN.sizes), control
         )
+
+    @cached_property
+    def _samples(self) -> tuple[Samples, PartSamples]:
+        """Samples at which parts are registered again."""
+        return self.task.samples(_AGAIN)
 
     def ranked(
         self, new: Iterable[RefinedPart], known: Iterable[MeasuredPart] = ()

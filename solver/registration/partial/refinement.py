@@ -9,12 +9,7 @@ from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.opening import torn_off
-from solver.registration.partial.alignment import (
-    WEIGHTS,
-    PartSamples,
-    find_pairs,
-    fit_to_part,
-)
+from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs, fit_to_part
 from solver.registration.partial.choice import PartCandidate, PartTask
 from solver.registration.partial.cover import (
     covered_by_overlap,

@@ -20,7 +20,7 @@ from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
 FINEST = PartStage(750, 800, (60, 70, 85), 8)
-"""Last stage of surfaces that overlap."""
+"""Last stage of surfaces that overlap; its samples are those that parts are refined from, too."""
 
 OF_PART_STAGES = (
     PartStage(200, 400, (8, 10, 12, 14, 17, 20), 40),
