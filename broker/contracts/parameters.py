@@ -30,26 +30,26 @@ Eigenpairs = Annotated[
 GeodesicMethod = Annotated[
     solver.GeodesicMethodName,
     Field(
-        description='Method of computing geodesic distances. "fast_marching" errs by some 0.2 %;'
-        ' "graph", shortest paths over edges, by 2 %, in two thirds of the time; "heat" gives'
-        " smooth ones, at 1 to 5 %."
+        description='Method of computing geodesic distances. "fast_marching" has an error of some'
+        ' 0.2 %; "graph", shortest paths over edges, of 2 %, in two thirds of the time; "heat",'
+        " which gives smooth distances, of 1 to 5 %."
     ),
     Topic("Structures"),
 ]
 Normalise = Annotated[
     bool,
     Field(
-        description="Scale all shapes to unit area first, so that shapes of any size compare. If"
-        " false, size counts: distances and the parameters of structures are in the users' unit of"
-        " length, and parameters left out suit the geometric mean of the areas."
+        description="Scale all shapes to unit area first, so that size does not count. If false,"
+        " distances and the parameters of structures are in the unit of length of the files;"
+        " parameters that are left out are derived from the geometric mean of the areas."
     ),
     Topic("Shapes"),
 ]
 LargestComponent = Annotated[
     bool,
     Field(
-        description="Take the largest component of a shape that has several. Otherwise they are"
-        " linked where they are nearest, and matched as one surface."
+        description="Match only the largest component of a shape that has several. If false,"
+        " components are linked where they are nearest, and matched as one surface."
     ),
     Topic("Shapes"),
 ]
@@ -58,9 +58,9 @@ Simplify = Annotated[
     Field(
         ge=100,
         le=1_000_000,
-        description="Vertices to which a shape that has more is simplified first. No simplification"
-        " if left out. Points are still named by vertices of the file, all of which keep their"
-        " places.",
+        description="Number of vertices to which larger shapes are simplified first. No"
+        " simplification if left out. Results still use the vertex numbers of the file, and the"
+        " remaining vertices keep their positions.",
     ),
     Topic("Shapes"),
 ]
@@ -68,9 +68,9 @@ CorrespondenceSource = Annotated[
     Literal["matches", "shared_connectivity"],
     Field(
         description="Source of the correspondence between the examples."
-        ' "matches" matches the reference to every other shape; "shared_connectivity" takes the'
-        " same vertex of every file: all must have the same faces, and `simplify` is not possible."
-        " Not used where `correspondences` are given."
+        ' "matches" matches the reference to every other shape. "shared_connectivity" takes the'
+        " same vertex of every file; all files must have the same faces, and `simplify` is not"
+        " possible. Not used if `correspondences` are given."
     ),
     Topic(""),
 ]

@@ -63,8 +63,8 @@ class MatchOptions(ParameterSet):
     )
     coarse_points: int | None = parameter(
         None,
-        "Points of the coarsest level, which is solved to proven optimality; if left out, 8, and 10"
-        " with a prototype.",
+        "Points of the coarsest level, which is solved to proven optimality. Default: 8; with a"
+        " prototype 10.",
         least=MIN_POINTS,
         most=MAX_COARSE_POINTS,
         source="N_1 of section 4.1",
@@ -97,9 +97,9 @@ class MatchOptions(ParameterSet):
     )
     metric: tuple[MetricChoice | str, ...] = parameter(
         ("commute_time", "geodesic"),
-        "Distance to be preserved. Points are sampled farthest first in the first metric. Between"
-        " commute times and geodesic distances, the points of the coarsest level are matched a"
-        " second time, by the Varadhan approximation of geodesic distance.",
+        "Distance to be preserved. The first metric also samples the points, farthest first. With"
+        " the default, the points of the coarsest level are matched a second time, by the Varadhan"
+        " approximation of geodesic distance, before geodesic distances are used.",
         topic="Structures",
     )
     descriptor: tuple[DescriptorChoice | str, ...] = parameter(
@@ -126,8 +126,9 @@ class MatchOptions(ParameterSet):
     )
     occlusion_cost: float | None = parameter(
         None,
-        "Cost of leaving a source point unmatched. In units of the weighted energy, in which a"
-        " match without distortion costs 0; if left out, large enough that every point is matched.",
+        "Cost of leaving a source point unmatched. Its unit is the weighted energy, in which a"
+        " match without distortion costs 0. If left out, every point is matched, except with parts"
+        " (`partial`).",
         above=0.0,
         most=1e9,
         source="gamma of (5)",
@@ -144,16 +145,17 @@ class MatchOptions(ParameterSet):
         L2,
         'Quantity that is minimised. "l2" is the energy (5); "linf" the greatest distortion of a'
         " distance (section 2), half of which bounds the Gromov-Hausdorff distance of the matched"
-        ' samples from above. "linf" takes one level of at most 32 points, matches all of them, and'
-        " of its optima returns those of least energy (5). Twelve points are proven in a second.",
+        ' samples from above. "linf" uses one level of at most 32 points and matches all of them.'
+        " Among its optima it returns those of least energy (5). Twelve points are proven in a"
+        " second.",
         one_of=(L2, LINF),
         topic="Solver",
     )
     third_order: float = parameter(
         0.0,
-        "Weight of the third-order term: signed volumes of triples of points, which tell an answer"
-        " from its mirror image without a registration. It counts where the coarsest points are"
-        " matched; finer levels keep the order of the answers found there. Volumes are divided by"
+        "Weight of the third-order term: signed volumes of triples of points, which distinguish an"
+        " answer from its mirror image without a registration. It counts where the coarsest points"
+        " are matched; finer levels keep the order of the answers. Volumes are divided by"
         " their root mean square and weighted by points over triples, so that 1 means the same for"
         " every number of points; 0.03 suits most shapes. Surfaces must be wound consistently. Not"
         ' with objective "linf", and not with a prototype.',
@@ -164,36 +166,38 @@ class MatchOptions(ParameterSet):
     )
     refine: str | None = parameter(
         None,
-        'Refinement of the matched points. "gmds" finds where they lie on the target\'s surface'
-        " between its vertices, by generalized multidimensional scaling: `refinement` of the"
-        " result. No refinement if left out.",
+        'Refinement of the matched points. "gmds", generalized multidimensional scaling, places'
+        " them on the target's surface between its vertices: `refinement` of the result. No"
+        " refinement if left out.",
         one_of=(GMDS,),
         source="section 7.1",
     )
     orientation: bool = parameter(
         True,
-        "Return the direct answer: left is matched with left and front with front, wherever the"
-        " surfaces tell them apart. They are registered for it, and `confidence` of the result says"
-        " how sure the answer is; alternatives may have less energy. If false, nothing is"
-        " registered, which is faster: distances alone decide, and the mirror image is as good."
-        " `dense` and `refine` include it. Surfaces must be wound consistently, as closed ones are"
-        " after repair. With a prototype the surfaces of its examples decide; without them, and"
-        ' with objective "linf", whose answer stays that of least distortion, it has no effect.',
+        "Return an orientation-preserving answer: left is matched with left and front with front,"
+        " if the surfaces distinguish them. To this end the surfaces are registered, and the result"
+        " has a `confidence`; alternatives may have less energy. If false, nothing is registered,"
+        " which is faster, but distances alone do not exclude the mirror image. `dense` and"
+        " `refine` include it. Surfaces must be wound consistently; closed ones are after repair."
+        " With a prototype the surfaces of its examples are registered. It has no effect with a"
+        ' prototype without surfaces, or with objective "linf".',
     )
     partial: str = parameter(
         DETECTED,
-        "Whether one shape is a part of the other, with holes or cut off, of unknown scale:"
-        ' "source", "target", "both", or "none". With "both" the two overlap, and each lacks points'
-        ' of the other. With "detected", both are matched as wholes, and again with the one with'
-        " more boundary as a part, if that boundary is longer than half of √area and it lacks more"
-        " than a thirteenth of the other's area by that match; where both boundaries are longer"
-        " than 0.3 √area, again as overlapping, which is the answer if either lacks as much or the"
-        " two disagree."
-        " Then, too, components that the other shape has nothing of, such as a floor, are left out."
-        " Points without a partner stay unmatched, vertices without one are left out of `dense`;"
-        " `overlap` of the result tells which shares of both have one. Points are matched at"
-        " one level, by geodesic distance, and `occlusion_cost` is 0.25 unless given. With"
-        " `normalise` false the scale is that of the files, else it is found. Not with `refine`.",
+        'Shape that is a part of the other: "source", "target", "both", "none", or "detected". A'
+        " part has holes or is cut off, and may have another scale."
+        ' "both": the two overlap, and each lacks points of the other.'
+        ' "none": both are wholes. "detected": parts are detected by their boundary. If one'
+        " boundary is longer than half of √area, and by a registration as wholes its surface lacks"
+        " more than a thirteenth of the other's area, it is matched as a part. If both boundaries"
+        " are longer than 0.3 √area, the surfaces are matched as wholes and as overlapping; the"
+        " overlap is the answer if either lacks as much, or if the two matches disagree."
+        ' Only with "detected", components that the other shape does not have, such as a floor,'
+        " are left out. Points without a partner stay unmatched, vertices without a partner are"
+        " left out of `dense`, and `overlap` of the result has the share of each area that has a"
+        " partner. Parts are matched at one level, by geodesic distance, with an `occlusion_cost`"
+        " of 0.25 unless given. Their scale is found; with `normalise` false it is that of the"
+        " files. Not with `refine`.",
         one_of=(DETECTED, SOURCE, TARGET, BOTH, WHOLE),
         topic="Shapes",
     )
@@ -202,32 +206,33 @@ class MatchOptions(ParameterSet):
     )
     landmarks: tuple[tuple[int, int], ...] = parameter(
         (),
-        "Pairs of vertices that are known to correspond. One is of the source's file, the other of"
-        " the target's, counted from 0. They are sampled first and matched with one another, count"
-        " among `points`, and decide between symmetric solutions: one on a hand distinguishes left"
-        " from right. They choose the answer, and do not bend it: the `dense` map may lead beside"
-        ' them, and `refine` "gmds" may move them. A vertex that repair or `simplify` has merged'
-        " into another is replaced by that one. With `occlusion_cost`, they may stay unmatched too."
+        "Pairs of vertices that are known to correspond: one of the source's file, one of the"
+        " target's, counted from 0. They are sampled first, are matched with one another, and count"
+        " among `points`. They decide between symmetric solutions: a pair on a hand distinguishes"
+        " left from right. They choose the answer, but do not deform it: the `dense` map may miss"
+        ' them, and `refine` "gmds" may move them. A vertex that repair or `simplify` merged into'
+        " another is replaced by that one. With `occlusion_cost`, landmarks may stay unmatched."
         ' Not with objective "linf".',
         longest=MAX_LANDMARKS,
     )
     proof: str = parameter(
         SAMPLES,
-        'Correspondences that the answer is compared with. "candidates": those of the finest level,'
-        ' about twelve target samples for each point. "samples": in addition, the least energy over'
-        " all target samples of the finest level, with a proof: `proof` of the result. It replaces"
-        " the answer if `orientation` is false; else the direct answer stays, which may have more"
-        ' energy. With objective "linf": the Gromov-Hausdorff distance of the samples,'
-        " `gromov_hausdorff_distance` of the result. No effect with a prototype, and above some 110"
-        " points.",
+        'Correspondences that the proof covers. "candidates": those of the finest level, about'
+        ' twelve target samples for each point. "samples": also all target samples of the finest'
+        " level; `proof` of the result has the least energy over these. It is the answer if"
+        " `orientation` is false; otherwise the orientation-preserving answer stays, which may have"
+        ' more energy. With objective "linf", "samples" adds the Gromov-Hausdorff distance of the'
+        " samples, `gromov_hausdorff_distance` of the result. No effect with a prototype, and above"
+        " some 110 points.",
         one_of=(CANDIDATES, SAMPLES),
         topic="Solver",
     )
     proof_work: float = parameter(
         1.0,
-        "Limit of the work of the proof over all samples, in seconds of a typical core. The bound"
-        ' known by then is returned. With objective "linf" it limits the answer, too. Operations'
-        " are counted, not time, so that the result is the same on every machine.",
+        "Limit of the work of the proof over all samples, in seconds of a typical core. At the"
+        ' limit, the best bound so far is returned. With objective "linf" it also limits the search'
+        " for the answer. Operations are counted, not time, so that the result is the same on every"
+        " machine.",
         above=0.0,
         most=86400.0,
         topic="Solver",

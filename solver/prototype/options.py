@@ -35,14 +35,14 @@ class PrototypeStructures(ParameterSet):
     descriptor: tuple[DescriptorChoice | str, ...] = parameter(
         ("si_hks",),
         'Local descriptor of every point. "none" for distances alone. Eigenfunctions cannot be'
-        " learned: they have no signs that shapes have in common.",
+        " learned, because their signs differ between shapes.",
         topic="Structures",
     )
     sampling: tuple[MetricChoice | str, ...] = parameter(
         ("commute_time", "geodesic"),
         "Metrics in which points are sampled, farthest first and in turns. Points of the prototype"
         " are sampled on the reference, in the first metric. Where one metric samples the fingers"
-        " of a body first, another still finds its head.",
+        " of a body first, another finds its head.",
         topic="Structures",
     )
 
@@ -82,8 +82,8 @@ class PrototypeOptions(PrototypeStructures):
 
     points: int = parameter(
         32,
-        "Points of the prototype. Of given correspondences that many are taken, the farthest from"
-        " one another; the service takes all of them if this is left out.",
+        "Points of the prototype. If correspondences are given, that many of them are taken,"
+        " farthest first; the service takes all of them if this is left out.",
         least=MIN_POINTS,
         most=MAX_POINTS,
     )

@@ -45,7 +45,7 @@ class SimilarityOptions(ParameterSet):
 
     points: int = parameter(
         6,
-        "Points of each shape, all of which are matched, to proven optimality.",
+        "Points of each shape. All of them are matched, to proven optimality.",
         least=MIN_POINTS,
         most=MAX_POINTS,
     )
@@ -55,7 +55,7 @@ class SimilarityOptions(ParameterSet):
     descriptor: DescriptorChoice | str = parameter(
         "si_hks",
         "Local descriptor of the first-order term. Not used without a `first_order_weight`. Of"
-        " eigenfunctions, magnitudes are compared.",
+        " eigenfunctions only magnitudes are compared.",
         topic="Structures",
     )
     first_order_weight: float = parameter(
@@ -67,8 +67,8 @@ class SimilarityOptions(ParameterSet):
     )
     objective: str = parameter(
         L2,
-        'Dissimilarity of two shapes. "l2" is the least energy (5) of a matched point; "linf" the'
-        " least greatest distortion of a distance, half of which bounds the Gromov-Hausdorff"
+        'Dissimilarity of two shapes. "l2" is the least energy (5) per matched point. "linf" is'
+        " the least maximal distortion of a distance, half of which bounds the Gromov-Hausdorff"
         " distance of the samples from above; it has no first-order term.",
         one_of=(L2, LINF),
         topic="Solver",

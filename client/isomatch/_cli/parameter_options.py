@@ -19,14 +19,20 @@ MATCH: Final = (
         "orientation",
         "boolean",
         (
-            "Return the direct answer: left is matched with left and front with front,"
-            " wherever the surfaces tell them apart (the default)."
+            "Return an orientation-preserving answer: left is matched with left and front"
+            " with front, if the surfaces distinguish them (the default)."
         ),
         "",
     ),
     ParameterOption("dense", "boolean", "Extend the match to all vertices.", ""),
     ParameterOption(
-        "landmarks", "landmarks", "Pairs of vertices that are known to correspond, up to 32.", ""
+        "landmarks",
+        "landmarks",
+        (
+            "Pairs of vertices that are known to correspond: one of the source's file,"
+            " one of the target's, counted from 0, up to 32."
+        ),
+        "",
     ),
     ParameterOption(
         "occlusion_cost",
@@ -38,28 +44,27 @@ MATCH: Final = (
         "partial",
         "string",
         (
-            "Whether one shape is a part of the other, with holes or cut off, of unknown"
-            ' scale: "source", "target", "both", or "none": detected (default), source,'
-            " target, both, none."
+            'Shape that is a part of the other: "source", "target", "both", "none", or'
+            ' "detected": detected (default), source, target, both, none.'
         ),
         "Shapes",
     ),
     ParameterOption(
         "normalise",
         "boolean",
-        ("Scale all shapes to unit area first, so that shapes of any size compare (the default)."),
+        ("Scale all shapes to unit area first, so that size does not count (the default)."),
         "Shapes",
     ),
     ParameterOption(
         "largest_component",
         "boolean",
-        "Take the largest component of a shape that has several.",
+        ("Match only the largest component of a shape that has several."),
         "Shapes",
     ),
     ParameterOption(
         "simplify",
         "integer",
-        ("Vertices to which a shape that has more is simplified first, 100 to 1,000,000."),
+        ("Number of vertices to which larger shapes are simplified first, 100 to 1,000,000."),
         "Shapes",
     ),
     ParameterOption("metric", "structures", "Distance to be preserved.", "Structures"),
@@ -79,10 +84,7 @@ MATCH: Final = (
     ParameterOption(
         "coarse_points",
         "integer",
-        (
-            "Points of the coarsest level, which is solved to proven optimality; if left"
-            " out, 8, and 10 with a prototype, 3 to 10."
-        ),
+        ("Points of the coarsest level, which is solved to proven optimality, 3 to 10."),
         "Solver",
     ),
     ParameterOption(
@@ -132,14 +134,15 @@ MATCH: Final = (
         "number",
         (
             "Weight of the third-order term: signed volumes of triples of points, which"
-            " tell an answer from its mirror image without a registration, 0 to 1e6 [0.0]."
+            " distinguish an answer from its mirror image without a registration, 0 to 1e6"
+            " [0.0]."
         ),
         "Solver",
     ),
     ParameterOption(
         "proof",
         "string",
-        ("Correspondences that the answer is compared with: candidates, samples (default)."),
+        ("Correspondences that the proof covers: candidates, samples (default)."),
         "Solver",
     ),
     ParameterOption(
@@ -164,22 +167,17 @@ MATCH: Final = (
 """Options of a job that :meth:`isomatch.Client.match` asks for."""
 
 COMPARE: Final = (
-    ParameterOption(
-        "points",
-        "integer",
-        ("Points of each shape, all of which are matched, to proven optimality, 3 to 10 [6]."),
-        "",
-    ),
+    ParameterOption("points", "integer", "Points of each shape, 3 to 10 [6].", ""),
     ParameterOption(
         "largest_component",
         "boolean",
-        "Take the largest component of a shape that has several.",
+        ("Match only the largest component of a shape that has several."),
         "Shapes",
     ),
     ParameterOption(
         "simplify",
         "integer",
-        ("Vertices to which a shape that has more is simplified first, 100 to 1,000,000."),
+        ("Number of vertices to which larger shapes are simplified first, 100 to 1,000,000."),
         "Shapes",
     ),
     ParameterOption("metric", "structure", "Distance whose distortion is measured.", "Structures"),
@@ -218,13 +216,13 @@ LEARN: Final = (
     ParameterOption(
         "normalise",
         "boolean",
-        ("Scale all shapes to unit area first, so that shapes of any size compare (the default)."),
+        ("Scale all shapes to unit area first, so that size does not count (the default)."),
         "Shapes",
     ),
     ParameterOption(
         "simplify",
         "integer",
-        ("Vertices to which a shape that has more is simplified first, 100 to 1,000,000."),
+        ("Number of vertices to which larger shapes are simplified first, 100 to 1,000,000."),
         "Shapes",
     ),
     ParameterOption(

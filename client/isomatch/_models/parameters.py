@@ -25,62 +25,63 @@ class MatchParameters(TypedDict, total=False):
     points
         Points of the source matched at the finest level; 3 to 256 [32].
     refine
-        Refinement of the matched points (section 7.1). ``"gmds"`` finds where they lie on the
-        target's surface between its vertices, by generalized multidimensional scaling:
-        `refinement` of the result. No refinement if left out [None].
+        Refinement of the matched points (section 7.1). ``"gmds"``, generalized multidimensional
+        scaling, places them on the target's surface between its vertices: `refinement` of the
+        result. No refinement if left out [None].
     orientation
-        Return the direct answer: left is matched with left and front with front, wherever the
-        surfaces tell them apart. They are registered for it, and `confidence` of the result
-        says how sure the answer is; alternatives may have less energy. If False, nothing is
-        registered, which is faster: distances alone decide, and the mirror image is as good.
-        `dense` and `refine` include it. Surfaces must be wound consistently, as closed ones are
-        after repair. With a prototype the surfaces of its examples decide; without them, and
-        with objective ``"linf"``, whose answer stays that of least distortion, it has no effect
-        [True].
+        Return an orientation-preserving answer: left is matched with left and front with front,
+        if the surfaces distinguish them. To this end the surfaces are registered, and the
+        result has a `confidence`; alternatives may have less energy. If False, nothing is
+        registered, which is faster, but distances alone do not exclude the mirror image.
+        `dense` and `refine` include it. Surfaces must be wound consistently; closed ones are
+        after repair. With a prototype the surfaces of its examples are registered. It has no
+        effect with a prototype without surfaces, or with objective ``"linf"`` [True].
     dense
         Extend the match to all vertices. The extension is `dense` of the result [False].
     landmarks
-        Pairs of vertices that are known to correspond. One is of the source's file, the other
-        of the target's, counted from 0. They are sampled first and matched with one another,
-        count among `points`, and decide between symmetric solutions: one on a hand
-        distinguishes left from right. They choose the answer, and do not bend it: the `dense`
-        map may lead beside them, and `refine` ``"gmds"`` may move them. A vertex that repair or
-        `simplify` has merged into another is replaced by that one. With `occlusion_cost`, they
-        may stay unmatched too. Not with objective ``"linf"``; up to 32 [[]].
+        Pairs of vertices that are known to correspond: one of the source's file, one of the
+        target's, counted from 0. They are sampled first, are matched with one another, and
+        count among `points`. They decide between symmetric solutions: a pair on a hand
+        distinguishes left from right. They choose the answer, but do not deform it: the `dense`
+        map may miss them, and `refine` ``"gmds"`` may move them. A vertex that repair or
+        `simplify` merged into another is replaced by that one. With `occlusion_cost`, landmarks
+        may stay unmatched. Not with objective ``"linf"``; up to 32 [[]].
     occlusion_cost
-        Cost of leaving a source point unmatched (gamma of (5)). In units of the weighted
-        energy, in which a match without distortion costs 0; if left out, large enough that
-        every point is matched; over 0, up to 1e9 [None].
+        Cost of leaving a source point unmatched (gamma of (5)). Its unit is the weighted
+        energy, in which a match without distortion costs 0. If left out, every point is
+        matched, except with parts (`partial`); over 0, up to 1e9 [None].
     partial
-        Whether one shape is a part of the other, with holes or cut off, of unknown scale:
-        ``"source"``, ``"target"``, ``"both"``, or ``"none"``. With ``"both"`` the two overlap,
-        and each lacks points of the other. With ``"detected"``, both are matched as wholes, and
-        again with the one with more boundary as a part, if that boundary is longer than half of
-        √area and it lacks more than a thirteenth of the other's area by that match; where both
-        boundaries are longer than 0.3 √area, again as overlapping, which is the answer if
-        either lacks as much or the two disagree. Then, too, components that the other shape has
-        nothing of, such as a floor, are left out. Points without a partner stay unmatched,
-        vertices without one are left out of `dense`; `overlap` of the result tells which shares
-        of both have one. Points are matched at one level, by geodesic distance, and
-        `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is that of the
-        files, else it is found. Not with `refine` [``"detected"``].
+        Shape that is a part of the other: ``"source"``, ``"target"``, ``"both"``, ``"none"``,
+        or ``"detected"``. A part has holes or is cut off, and may have another scale.
+        ``"both"``: the two overlap, and each lacks points of the other. ``"none"``: both are
+        wholes. ``"detected"``: parts are detected by their boundary. If one boundary is longer
+        than half of √area, and by a registration as wholes its surface lacks more than a
+        thirteenth of the other's area, it is matched as a part. If both boundaries are longer
+        than 0.3 √area, the surfaces are matched as wholes and as overlapping; the overlap is
+        the answer if either lacks as much, or if the two matches disagree. Only with
+        ``"detected"``, components that the other shape does not have, such as a floor, are left
+        out. Points without a partner stay unmatched, vertices without a partner are left out of
+        `dense`, and `overlap` of the result has the share of each area that has a partner.
+        Parts are matched at one level, by geodesic distance, with an `occlusion_cost` of 0.25
+        unless given. Their scale is found; with `normalise` false it is that of the files. Not
+        with `refine` [``"detected"``].
     normalise
-        Scale all shapes to unit area first, so that shapes of any size compare. If False, size
-        counts: distances and the parameters of structures are in the users' unit of length, and
-        parameters left out suit the geometric mean of the areas [True].
+        Scale all shapes to unit area first, so that size does not count. If False, distances
+        and the parameters of structures are in the unit of length of the files; parameters that
+        are left out are derived from the geometric mean of the areas [True].
     largest_component
-        Take the largest component of a shape that has several. Otherwise they are linked where
-        they are nearest, and matched as one surface [False].
+        Match only the largest component of a shape that has several. If False, components are
+        linked where they are nearest, and matched as one surface [False].
     simplify
-        Vertices to which a shape that has more is simplified first. No simplification if left
-        out. Points are still named by vertices of the file, all of which keep their places; 100
-        to 1,000,000 [None].
+        Number of vertices to which larger shapes are simplified first. No simplification if
+        left out. Results still use the vertex numbers of the file, and the remaining vertices
+        keep their positions; 100 to 1,000,000 [None].
     metric
-        Distance to be preserved. Points are sampled farthest first in the first metric. Between
-        commute times and geodesic distances, the points of the coarsest level are matched a
-        second time, by the Varadhan approximation of geodesic distance. One metric for all
-        levels, or one for each from the coarsest on, of which the last is repeated. A metric is
-        its name, or an object of its name and its parameters; see
+        Distance to be preserved. The first metric also samples the points, farthest first. With
+        the default, the points of the coarsest level are matched a second time, by the Varadhan
+        approximation of geodesic distance, before geodesic distances are used. One metric for
+        all levels, or one for each from the coarsest on, of which the last is repeated. A
+        metric is its name, or an object of its name and its parameters; see
         :meth:`isomatch.Client.structures` [``["commute_time", "geodesic"]``].
     descriptor
         Local descriptor to be preserved. ``"none"`` leaves the first-order term out. Given like
@@ -88,12 +89,12 @@ class MatchParameters(TypedDict, total=False):
     eigenpairs
         Eigenpairs of the Laplace-Beltrami operator; 10 to 300 [100].
     geodesic_method
-        Method of computing geodesic distances. ``"fast_marching"`` errs by some 0.2 %;
-        ``"graph"``, shortest paths over edges, by 2 %, in two thirds of the time; ``"heat"``
-        gives smooth ones, at 1 to 5 % [``"fast_marching"``].
+        Method of computing geodesic distances. ``"fast_marching"`` has an error of some 0.2 %;
+        ``"graph"``, shortest paths over edges, of 2 %, in two thirds of the time; ``"heat"``,
+        which gives smooth distances, of 1 to 5 % [``"fast_marching"``].
     coarse_points
-        Points of the coarsest level, which is solved to proven optimality; if left out, 8, and
-        10 with a prototype (N_1 of section 4.1); 3 to 10 [None].
+        Points of the coarsest level, which is solved to proven optimality (N_1 of section 4.1).
+        Default: 8; with a prototype 10; 3 to 10 [None].
     level_factor
         Factor by which the number of points grows from one level to the next (q of section
         4.1); 2 to 4 [2].
@@ -115,30 +116,29 @@ class MatchParameters(TypedDict, total=False):
     objective
         Quantity that is minimised. ``"l2"`` is the energy (5); ``"linf"`` the greatest
         distortion of a distance (section 2), half of which bounds the Gromov-Hausdorff distance
-        of the matched samples from above. ``"linf"`` takes one level of at most 32 points,
-        matches all of them, and of its optima returns those of least energy (5). Twelve points
-        are proven in a second [``"l2"``].
+        of the matched samples from above. ``"linf"`` uses one level of at most 32 points and
+        matches all of them. Among its optima it returns those of least energy (5). Twelve
+        points are proven in a second [``"l2"``].
     third_order
-        Weight of the third-order term: signed volumes of triples of points, which tell an
-        answer from its mirror image without a registration (section 7.1). It counts where the
-        coarsest points are matched; finer levels keep the order of the answers found there.
-        Volumes are divided by their root mean square and weighted by points over triples, so
-        that 1 means the same for every number of points; 0.03 suits most shapes. Surfaces must
-        be wound consistently. Not with objective ``"linf"``, and not with a prototype; 0 to 1e6
-        [0.0].
+        Weight of the third-order term: signed volumes of triples of points, which distinguish
+        an answer from its mirror image without a registration (section 7.1). It counts where
+        the coarsest points are matched; finer levels keep the order of the answers. Volumes are
+        divided by their root mean square and weighted by points over triples, so that 1 means
+        the same for every number of points; 0.03 suits most shapes. Surfaces must be wound
+        consistently. Not with objective ``"linf"``, and not with a prototype; 0 to 1e6 [0.0].
     proof
-        Correspondences that the answer is compared with. ``"candidates"``: those of the finest
-        level, about twelve target samples for each point. ``"samples"``: in addition, the least
-        energy over all target samples of the finest level, with a proof: `proof` of the result.
-        It replaces the answer if `orientation` is False; else the direct answer stays, which
-        may have more energy. With objective ``"linf"``: the Gromov-Hausdorff distance of the
-        samples, `gromov_hausdorff_distance` of the result. No effect with a prototype, and
-        above some 110 points [``"samples"``].
+        Correspondences that the proof covers. ``"candidates"``: those of the finest level,
+        about twelve target samples for each point. ``"samples"``: also all target samples of
+        the finest level; `proof` of the result has the least energy over these. It is the
+        answer if `orientation` is False; otherwise the orientation-preserving answer stays,
+        which may have more energy. With objective ``"linf"``, ``"samples"`` adds the
+        Gromov-Hausdorff distance of the samples, `gromov_hausdorff_distance` of the result. No
+        effect with a prototype, and above some 110 points [``"samples"``].
     proof_work
-        Limit of the work of the proof over all samples, in seconds of a typical core. The bound
-        known by then is returned. With objective ``"linf"`` it limits the answer, too.
-        Operations are counted, not time, so that the result is the same on every machine; over
-        0, up to 86,400 [1.0].
+        Limit of the work of the proof over all samples, in seconds of a typical core. At the
+        limit, the best bound so far is returned. With objective ``"linf"`` it also limits the
+        search for the answer. Operations are counted, not time, so that the result is the same
+        on every machine; over 0, up to 86,400 [1.0].
     time_limit
         Seconds after which the best answer so far is returned with its gap. No limit if left
         out; over 0, up to 86,400 [None].
@@ -181,27 +181,27 @@ class DissimilarityParameters(TypedDict, total=False):
     Attributes
     ----------
     points
-        Points of each shape, all of which are matched, to proven optimality; 3 to 10 [6].
+        Points of each shape. All of them are matched, to proven optimality; 3 to 10 [6].
     largest_component
-        Take the largest component of a shape that has several. Otherwise they are linked where
-        they are nearest, and matched as one surface [False].
+        Match only the largest component of a shape that has several. If False, components are
+        linked where they are nearest, and matched as one surface [False].
     simplify
-        Vertices to which a shape that has more is simplified first. No simplification if left
-        out. Points are still named by vertices of the file, all of which keep their places; 100
-        to 1,000,000 [None].
+        Number of vertices to which larger shapes are simplified first. No simplification if
+        left out. Results still use the vertex numbers of the file, and the remaining vertices
+        keep their positions; 100 to 1,000,000 [None].
     metric
         Distance whose distortion is measured. The name of a metric, or an object of its name
         and its parameters; see :meth:`isomatch.Client.structures` [``"commute_time"``].
     descriptor
         Local descriptor of the first-order term. Not used without a `first_order_weight`. Of
-        eigenfunctions, magnitudes are compared. Given like `metric` [``"si_hks"``].
+        eigenfunctions only magnitudes are compared. Given like `metric` [``"si_hks"``].
     eigenpairs
         Eigenpairs of the Laplace-Beltrami operator; 10 to 300 [100].
     first_order_weight
         Weight of the first-order (descriptor) term; 0 to 1e6 [0.0].
     objective
-        Dissimilarity of two shapes. ``"l2"`` is the least energy (5) of a matched point;
-        ``"linf"`` the least greatest distortion of a distance, half of which bounds the
+        Dissimilarity of two shapes. ``"l2"`` is the least energy (5) per matched point.
+        ``"linf"`` is the least maximal distortion of a distance, half of which bounds the
         Gromov-Hausdorff distance of the samples from above; it has no first-order term
         [``"l2"``].
     """
@@ -225,21 +225,21 @@ class PrototypeParameters(TypedDict, total=False):
     Attributes
     ----------
     points
-        Points of the prototype. Of given correspondences that many are taken, the farthest from
-        one another; the service takes all of them if this is left out; 3 to 256 [32].
+        Points of the prototype. If correspondences are given, that many of them are taken,
+        farthest first; the service takes all of them if this is left out; 3 to 256 [32].
     correspondence
         Source of the correspondence between the examples. ``"matches"`` matches the reference
-        to every other shape; ``"shared_connectivity"`` takes the same vertex of every file: all
-        must have the same faces, and `simplify` is not possible. Not used where
+        to every other shape. ``"shared_connectivity"`` takes the same vertex of every file; all
+        files must have the same faces, and `simplify` is not possible. Not used if
         `correspondences` are given [``"matches"``].
     normalise
-        Scale all shapes to unit area first, so that shapes of any size compare. If False, size
-        counts: distances and the parameters of structures are in the users' unit of length, and
-        parameters left out suit the geometric mean of the areas [True].
+        Scale all shapes to unit area first, so that size does not count. If False, distances
+        and the parameters of structures are in the unit of length of the files; parameters that
+        are left out are derived from the geometric mean of the areas [True].
     simplify
-        Vertices to which a shape that has more is simplified first. No simplification if left
-        out. Points are still named by vertices of the file, all of which keep their places; 100
-        to 1,000,000 [None].
+        Number of vertices to which larger shapes are simplified first. No simplification if
+        left out. Results still use the vertex numbers of the file, and the remaining vertices
+        keep their positions; 100 to 1,000,000 [None].
     metric
         Distance between points, whose distribution is learned. One metric for all levels, or
         one for each from the coarsest on, of which the last is repeated. A metric is its name,
@@ -247,19 +247,19 @@ class PrototypeParameters(TypedDict, total=False):
         [``"geodesic"``].
     descriptor
         Local descriptor of every point. ``"none"`` for distances alone. Eigenfunctions cannot
-        be learned: they have no signs that shapes have in common. Given like `metric`
+        be learned, because their signs differ between shapes. Given like `metric`
         [``"si_hks"``].
     sampling
         Metrics in which points are sampled, farthest first and in turns. Points of the
         prototype are sampled on the reference, in the first metric. Where one metric samples
-        the fingers of a body first, another still finds its head. Given like `metric`
+        the fingers of a body first, another finds its head. Given like `metric`
         [``["commute_time", "geodesic"]``].
     eigenpairs
         Eigenpairs of the Laplace-Beltrami operator; 10 to 300 [100].
     geodesic_method
-        Method of computing geodesic distances. ``"fast_marching"`` errs by some 0.2 %;
-        ``"graph"``, shortest paths over edges, by 2 %, in two thirds of the time; ``"heat"``
-        gives smooth ones, at 1 to 5 % [``"fast_marching"``].
+        Method of computing geodesic distances. ``"fast_marching"`` has an error of some 0.2 %;
+        ``"graph"``, shortest paths over edges, of 2 %, in two thirds of the time; ``"heat"``,
+        which gives smooth distances, of 1 to 5 % [``"fast_marching"``].
     components
         Gaussians of each mixture (K of section 6.4). No more than half the number of examples
         are used; 1 to 16 [5].

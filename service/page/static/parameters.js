@@ -23,7 +23,7 @@ export const MATCH = {
     "type": "boolean",
     "default": true,
     "topic": "",
-    "about": "Return the direct answer: left is matched with left and front with front, wherever the surfaces tell them apart."
+    "about": "Return an orientation-preserving answer: left is matched with left and front with front, if the surfaces distinguish them."
 },
   dense: {
     "type": "boolean",
@@ -35,7 +35,7 @@ export const MATCH = {
     "type": "landmarks",
     "default": [],
     "topic": "",
-    "about": "Pairs of vertices that are known to correspond."
+    "about": "Pairs of vertices that are known to correspond: one of the source's file, one of the target's, counted from 0."
 },
   occlusion_cost: {
     "type": "number",
@@ -56,19 +56,19 @@ export const MATCH = {
         "none"
     ],
     "topic": "Shapes",
-    "about": "Whether one shape is a part of the other, with holes or cut off, of unknown scale: \"source\", \"target\", \"both\", or \"none\"."
+    "about": "Shape that is a part of the other: \"source\", \"target\", \"both\", \"none\", or \"detected\"."
 },
   normalise: {
     "type": "boolean",
     "default": true,
     "topic": "Shapes",
-    "about": "Scale all shapes to unit area first, so that shapes of any size compare."
+    "about": "Scale all shapes to unit area first, so that size does not count."
 },
   largest_component: {
     "type": "boolean",
     "default": false,
     "topic": "Shapes",
-    "about": "Take the largest component of a shape that has several."
+    "about": "Match only the largest component of a shape that has several."
 },
   simplify: {
     "type": "integer",
@@ -76,7 +76,7 @@ export const MATCH = {
     "min": 100,
     "max": 1000000,
     "topic": "Shapes",
-    "about": "Vertices to which a shape that has more is simplified first."
+    "about": "Number of vertices to which larger shapes are simplified first."
 },
   metric: {
     "type": "structures",
@@ -118,7 +118,7 @@ export const MATCH = {
     "min": 3,
     "max": 10,
     "topic": "Solver",
-    "about": "Points of the coarsest level, which is solved to proven optimality; if left out, 8, and 10 with a prototype."
+    "about": "Points of the coarsest level, which is solved to proven optimality."
 },
   level_factor: {
     "type": "integer",
@@ -184,7 +184,7 @@ export const MATCH = {
     "min": 0.0,
     "max": 1000000.0,
     "topic": "Solver",
-    "about": "Weight of the third-order term: signed volumes of triples of points, which tell an answer from its mirror image without a registration."
+    "about": "Weight of the third-order term: signed volumes of triples of points, which distinguish an answer from its mirror image without a registration."
 },
   proof: {
     "type": "string",
@@ -194,7 +194,7 @@ export const MATCH = {
         "samples"
     ],
     "topic": "Solver",
-    "about": "Correspondences that the answer is compared with."
+    "about": "Correspondences that the proof covers."
 },
   proof_work: {
     "type": "number",
@@ -221,13 +221,13 @@ export const COMPARE = {
     "min": 3,
     "max": 10,
     "topic": "",
-    "about": "Points of each shape, all of which are matched, to proven optimality."
+    "about": "Points of each shape."
 },
   largest_component: {
     "type": "boolean",
     "default": false,
     "topic": "Shapes",
-    "about": "Take the largest component of a shape that has several."
+    "about": "Match only the largest component of a shape that has several."
 },
   simplify: {
     "type": "integer",
@@ -235,7 +235,7 @@ export const COMPARE = {
     "min": 100,
     "max": 1000000,
     "topic": "Shapes",
-    "about": "Vertices to which a shape that has more is simplified first."
+    "about": "Number of vertices to which larger shapes are simplified first."
 },
   metric: {
     "type": "structure",
@@ -300,7 +300,7 @@ export const LEARN = {
     "type": "boolean",
     "default": true,
     "topic": "Shapes",
-    "about": "Scale all shapes to unit area first, so that shapes of any size compare."
+    "about": "Scale all shapes to unit area first, so that size does not count."
 },
   simplify: {
     "type": "integer",
@@ -308,7 +308,7 @@ export const LEARN = {
     "min": 100,
     "max": 1000000,
     "topic": "Shapes",
-    "about": "Vertices to which a shape that has more is simplified first."
+    "about": "Number of vertices to which larger shapes are simplified first."
 },
   metric: {
     "type": "structures",
