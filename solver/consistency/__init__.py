@@ -1,4 +1,4 @@
-"""Consistency of the maps between all shapes of a collection: measured, and improved."""
+"""Consistency of the maps between all shapes of a collection: measurement and improvement."""
 
 from solver.consistency.improvement import (
     DOUBTFUL,

@@ -41,7 +41,7 @@ DOUBTFUL: Final = 0.1
 
 @dataclass(frozen=True, eq=False)
 class ImprovedMap:
-    """A map that was found by way of other shapes.
+    """A map composed of maps through other shapes.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def improve(
     probabilities: Mapping[Pair, float],
     control: Control | None = None,
 ) -> Consistency:
-    """Map the pairs of a collection that are in doubt by way of others.
+    """Replace maps in doubt by compositions through other shapes.
 
     Parameters
     ----------

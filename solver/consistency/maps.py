@@ -17,7 +17,7 @@ Pair = tuple[int, int]
 
 @dataclass(frozen=True, eq=False)
 class CollectionMaps:
-    """Maps of all vertices between N surfaces, as many pairs as are known.
+    """Maps of all vertices between N surfaces, for the pairs with a known map.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class CycleErrors:
 
 
 def cycle_errors(maps: CollectionMaps, samples: Sequence[IntArray]) -> CycleErrors:
-    """Measure how far maps agree with one another.
+    """Measure the cycle errors of maps, their disagreement with one another.
 
     Parameters
     ----------

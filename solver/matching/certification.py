@@ -25,7 +25,7 @@ _STAGE = "bounds"
 
 
 def certify(hypothesis: Hypothesis, levels: Sequence[Level], control: Control) -> Hypothesis:
-    """Bound a hypothesis' problem at every level where no search has, and improve it (section 4).
+    """Bound and improve a hypothesis at every level that no search has bounded (section 4).
 
     Parameters
     ----------

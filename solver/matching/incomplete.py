@@ -1,9 +1,9 @@
-"""Detection of what is incomplete: a part of a whole, or two surfaces that only overlap.
+"""Detection of incomplete shapes: a part of a whole, or two surfaces that only overlap.
 
-Only surfaces with a boundary may be incomplete. Where one of them alone has a long one, it may be a
-part of the other. Where both have one, each may lack something that the other has, and they are
-registered as surfaces that overlap: a registration of wholes that lack different limbs is often
-wrong, and sure of it.
+Only surfaces with a boundary may be incomplete. If only one of two surfaces has a long boundary, it
+may be a part of the other. If both have one, each may lack something that the other has, and they
+are registered as overlapping surfaces: a registration of wholes that lack different limbs is often
+wrong with a high confidence.
 """
 
 from dataclasses import replace
@@ -84,12 +84,12 @@ def _match_possible_part(
 ) -> Match:
     """Match a shape as a part, if by a registration of both as wholes it lacks much of the other.
 
-    It is the answer at once if it lacks as much by a first registration, and the part that is found
-    then is sure. Else both are matched as wholes, and the registration of that tells what it lacks.
-    The confidence of wholes counts for nothing then: it was fitted to wholes. Of 30 parts matched
-    as wholes, three answers are right, and 24 of the same matched as parts. But where a cloud
-    and another surface both have a long boundary, it may be gaps: the greater confidence decides.
-    What cannot be displaced, or measured along, is no part.
+    A first registration may show this. If the registration as a part is sure then, it is the answer
+    at once. Otherwise both are matched as wholes, and the registration of this match decides. The
+    confidence of the wholes is not compared, because it was fitted to wholes: of 30 parts matched
+    as wholes, three answers are right, and 24 of the same matched as parts. If a cloud and
+    another surface both have a long boundary, which may be gaps, the greater confidence decides. A
+    surface that cannot be displaced, or on which distances cannot be measured, is no part.
     """
     alone = min(one.mesh.relative_boundary for one in (source, target)) < _BOUNDARY
     early, wholly, last = (control.between(*ends) for ends in _PROGRESS)
@@ -115,13 +115,14 @@ def _match_possible_part(
 def _match_possible_overlap(
     source: Shape, target: Shape, options: MatchOptions, control: Control
 ) -> Match:
-    """Match two shapes as surfaces that overlap, unless they are the same as wholes.
+    """Match two shapes as surfaces that overlap, unless they are wholes.
 
-    Registered as wholes, they then lack little of one another, and lie as they do where they
-    overlap, of which that registration is one candidate, if it is likely, and then preferred to
-    others that fit as well. The answer is as sure then as either, as two searches agree; but in
-    doubt where another candidate fits better, though less of them. Surfaces that are equal but
-    for their sampling lack nothing, however many symmetries they have.
+    They are wholes if, registered as wholes, they lack little of one another, and if both
+    registrations agree on the overlap. The registration as wholes, if it is likely, is one
+    candidate of the overlap, and preferred to others that fit as well. If both agree, the answer
+    has the greater confidence of the two, but is in doubt if another candidate fits better on its
+    overlap. Surfaces that are equal but for their sampling lack nothing, however many symmetries
+    they have.
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
     found, registration = match_whole(source, target, options, wholly)
@@ -153,7 +154,7 @@ def _lacks(registration: Registration, part: str, control: Control) -> bool:
 def _are_whole(
     registration: Registration, known: KnownPart, points: Points, control: Control
 ) -> bool:
-    """Whether by a registration each shape has what the other has, and where the overlap has it.
+    """Whether two shapes are wholes: neither lacks much, and both registrations agree.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ _TURN: Final = np.cos(np.pi / 4.0)
 
 
 class Relation(StrEnum):
-    """What an alternative is, seen from the answer; a variation differs from it in parts."""
+    """Relation of an alternative to the answer; a variation differs from it in parts."""
 
     MIRROR_IMAGE = "mirror_image"
     ROTATION = "rotation"
@@ -30,7 +30,7 @@ class Relation(StrEnum):
 
 
 def relation(answer: FloatArray, alternative: FloatArray) -> Relation:
-    """Return what an alternative is, by the orthogonal map of its images onto those of the answer.
+    """Classify an alternative by the orthogonal map of its images onto those of the answer.
 
     The orthogonal Procrustes problem is solved among rotations and among reflections (Kabsch 1976).
 

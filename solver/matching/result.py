@@ -183,7 +183,7 @@ class GromovHausdorff:
 
 @dataclass(frozen=True)
 class Overlap:
-    """What two shapes have in common, one of which is a part of the other, or each.
+    """Common region of two shapes, one of which is a part of the other, or which overlap.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Stray components: what a scan has caught besides the shape, such as the floor it stands on.
+"""Stray components: parts of a scan, such as the floor, that the other shape does not have.
 
-Components are linked and matched as one surface, as bodies come in pieces. But some may be nothing
-that the other shape has. Then the shapes fit far better without.
+Bodies may come in pieces, so components are linked and matched as one surface. The shapes fit far
+better without a component that the other shape does not have.
 """
 
 from collections.abc import Iterator
@@ -40,11 +40,12 @@ Loose = tuple[list[IntArray], list[IntArray]]
 def without_strays(
     source: Shape, target: Shape, landmarks: tuple[tuple[int, int], ...], control: Control
 ) -> Shapes:
-    """Leave out components of two shapes that the other has nothing of.
+    """Leave out components of either shape that the other shape does not have.
 
-    One after the other, as long as the shapes fit far better without. What both have, as a skull
-    its jaw, fits better without, too, if it has moved: so nothing of both is left out at once where
-    the answer is sure.
+    They are left out one after the other, as long as the shapes fit far better without. If a
+    component that both have, such as the jaw of a skull, has moved, the shapes fit better without
+    it, too. Where the answer is sure, components of both shapes are therefore never left out
+    together.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ def _sample(
 
 
 def check_distances(metric: MetricChoice, distances: FloatArray, field: str) -> None:
-    """Check that distances are of a size that can be squared, as after too long a diffusion time.
+    """Check that squared distances neither underflow, as after a long diffusion, nor overflow.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Registration: hypotheses aligned in spectrum, space and normals; the best one chosen and refined.
 
-:func:`register` registers a source to a target, and says how sure it is.
+:func:`register` registers a source to a target, with a confidence.
 """
 
 from solver.registration.candidates import Points

@@ -174,14 +174,15 @@ def register(
     others: bool = True,
     rematch: Rematch | None = None,
 ) -> Registration | None:
-    """Register a source to a target: bend it onto the target in space, and see how well it fits.
+    """Register a source to a target: deform it onto the target in space, and measure the fit.
 
-    Candidates begin at the hypotheses, at signs of eigenfunctions, and at a rotation in space.
-    Those registered best are registered more finely, and the one that fits best is chosen: the
-    direct one, wherever the surfaces tell left from right and front from back, as displacements
-    reflect nothing. Where landmarks are given, or it fits better coarsely, the reflected source is
-    registered as well: it is the answer if it alone meets the landmarks, or fits far better. In
-    doubt, more candidates are searched, and chosen from by their refinement (:mod:`.search`).
+    Candidates start from the hypotheses, from signs of eigenfunctions, and from a rotation in
+    space. The best of them are registered more finely, and the one of best fit is chosen. It
+    preserves the orientation wherever the surfaces distinguish left from right and front from back,
+    because displacements cannot reflect. If landmarks are given, or if it fits better coarsely, the
+    reflected source is registered as well: it is the answer if it alone meets the landmarks, or
+    fits far better. In doubt, more candidates are searched, and the refined fit chooses among them
+    (:mod:`.search`).
 
     Parameters
     ----------
@@ -239,8 +240,8 @@ def register(
 def first_registration(source: Shape, target: Shape, control: Control) -> Registration | None:
     """Register a source to a target as :func:`register` begins, without hypotheses.
 
-    It takes a second, and tells what one of them lacks as well as the whole search does: where one
-    is a part, that only finds better ways to bend it onto what is not there.
+    It takes a second, and measures what one of them lacks as well as the full search does: for a
+    part, the full search only finds better ways to deform it onto missing regions.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Templates: one connectivity on many surfaces, and the statistics of shape that it allows.
+"""Templates: one connectivity on many surfaces, and statistics of shapes with this connectivity.
 
-:func:`register_template` puts the connectivity of a source on the surface of a target;
-:func:`shape_statistics` has the mean shape and the principal components of many.
+:func:`register_template` transfers the connectivity of a source to the surface of a target;
+:func:`shape_statistics` computes the mean shape and the principal components of many shapes.
 """
 
 from solver.templates.registered import RegisteredTemplate, register_template

@@ -79,11 +79,12 @@ def register_template(
     dense: DenseCorrespondence,
     control: Control | None = None,
 ) -> RegisteredTemplate:
-    """Move a template's vertices to their images, and relax the folds that they make there.
+    """Move a template's vertices to their images, and relax the folds that arise there.
 
-    Images are not one-to-one: where several vertices have nearly the same one, triangles fold.
-    Vertices round such triangles move along the surface until none is flipped, all others stay at
-    their images. Maps that are far from one-to-one, as wrong ones, leave flipped triangles.
+    Images are not one-to-one: where several vertices have nearly the same image, triangles fold.
+    Vertices around such triangles move along the surface until no triangle is flipped; all others
+    stay at their images. Maps that are far from one-to-one, such as wrong ones, leave flipped
+    triangles.
 
     Parameters
     ----------

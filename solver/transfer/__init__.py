@@ -1,6 +1,6 @@
 """Transfer of values along a dense map: scalars, vectors, colours, labels, weights, landmarks.
 
-:func:`carried` carries an attribute of one shape's vertices or faces to the other;
+:func:`carried` transfers an attribute of vertices or faces from one shape to the other;
 :func:`landmark_images` maps points.
 """
 

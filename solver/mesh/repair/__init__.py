@@ -1,7 +1,7 @@
 """Mesh repair: from a triangle soup to a surface that can be computed on.
 
-Defects that can be repaired without doubt are repaired, and a note says so. Other defects are noted
-where they leave distances meaningful; a soup without a usable surface is refused with the reason.
+Defects that can be repaired without ambiguity are repaired, with a note. Other defects are only
+noted, if distances remain meaningful. A soup without a usable surface is refused with the reason.
 Vertices keep the user's numbers.
 """
 

@@ -1,11 +1,11 @@
 """Lower bounds of the labelling problem by dual decomposition (section 4).
 
-The energy is split into subproblems that are easy one by one: a **linear** one, the assignment
+The energy is split into subproblems, each of which is easy: a **linear** one, the assignment
 without pairwise costs; **pairs** of source points, or of target points, with all their candidates,
 and **triples** where pairs disagree; and a **maxflow** one, all pairwise costs without constraints.
 Every cost is divided among the subproblems that have it. For any division, the minima of the
 subproblems add up to a lower bound; a projected subgradient method maximises it. Matches take the
-linear one, pairs, and the triples that have third-order costs; the others are there to be compared
+linear one, pairs, and the triples that have third-order costs; the others serve comparisons
 (``python -m bench.solver``).
 
 After Torresani, Kolmogorov and Rother, "Feature correspondence via graph matching: models and

@@ -1,6 +1,6 @@
 """Registration of a whole to a part of it, or of two parts that overlap; the scale is unknown.
 
-:func:`register_part` bends one onto the other, and says what of both has a partner.
+:func:`register_part` deforms one onto the other, and finds the vertices that have a partner.
 """
 
 from solver.registration.partial.registration import PartMap, register_part

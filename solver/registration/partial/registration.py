@@ -80,10 +80,10 @@ def register_part(
     landmarks: Points = NO_LANDMARKS,
     wholly: Points = NO_LANDMARKS,
 ) -> PartMap | None:
-    """Register a whole to a part of it: bend it so that the part lies on it, at the part's scale.
+    """Register a whole to a part of it: deform the whole until the part lies on it.
 
-    Or register two parts that overlap: the one called whole here is bent, best that with less
-    boundary.
+    The scale of the part is found, unless it is given. Two parts that overlap are registered in the
+    same way: pass the one with less boundary as `whole`, since this one is deformed.
 
     Parameters
     ----------

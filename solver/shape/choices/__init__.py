@@ -1,4 +1,4 @@
-"""The structures a shape can be endowed with, section 3 and Table 1: choices, not computations.
+"""Choices of structures, section 3 and Table 1: names and parameters, not computations.
 
 A choice is a name and its parameters, a frozen value that can be compared, hashed and cached by.
 ``Shape`` computes what is chosen.
