@@ -8,7 +8,7 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.mesh.formats.companions import Companions
-from solver.mesh.formats.text import decode, lines_of
+from solver.mesh.formats.text import check_digits, decode, lines_of
 from solver.mesh.textures import ImageBudget, Texture, Wrap
 
 _SWITCHES = frozenset({"-blendu", "-blendv", "-cc", "-clamp"})
@@ -149,6 +149,7 @@ def _with_image(material: ObjMaterial, rest: str) -> ObjMaterial:
 
 def _is_number(word: str) -> bool:
     try:
+        check_digits(word)
         float(word)
     except ValueError:
         return False
@@ -157,6 +158,7 @@ def _is_number(word: str) -> bool:
 
 def _numbers(words: list[str], what: str) -> FloatArray:
     try:
+        check_digits(" ".join(words))
         values = np.array([float(word) for word in words])
     except ValueError as error:
         raise MeshError(

@@ -14,7 +14,14 @@ from solver.errors import MeshError
 from solver.mesh.formats.companions import Companions
 from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
 from solver.mesh.formats.materials import ObjMaterial, read_materials
-from solver.mesh.formats.text import decode, float_table, last_line_note, lines_of, plain_reason
+from solver.mesh.formats.text import (
+    check_digits,
+    decode,
+    float_table,
+    last_line_note,
+    lines_of,
+    plain_reason,
+)
 from solver.mesh.repair import TriangleSoup, triangulated
 from solver.mesh.textures import ImageBudget, Material, Paint, Texture, painted_colors
 
@@ -196,6 +203,7 @@ def _vertices(lines: list[str]) -> tuple[FloatArray, FloatArray | None]:
 def _indices(words: list[str], before: IntArray, what: str = "vertex") -> IntArray:
     """Convert OBJ's indices, which start at 1 or count back from -1, to indices from 0."""
     try:
+        check_digits(" ".join(words))
         written = np.array([int(word) for word in words], dtype=np.int64)
     except (ValueError, OverflowError) as error:
         raise MeshError(

@@ -7,7 +7,14 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
-from solver.mesh.formats.text import counted_lists, decode, float_table, last_line_note, lines_of
+from solver.mesh.formats.text import (
+    check_digits,
+    counted_lists,
+    decode,
+    float_table,
+    last_line_note,
+    lines_of,
+)
 from solver.mesh.repair import TriangleSoup
 
 _HEADER = re.compile(r"(ST)?(C?)(N?)(4?)(n?)OFF(?![A-Za-z])\s*(.*)", re.DOTALL)
@@ -64,7 +71,9 @@ def read_off(data: bytes) -> TriangleSoup:
 
 def _counts(line: str) -> tuple[int, int]:
     try:
-        n_vertices, n_faces = (int(word) for word in line.split()[:2])
+        words = line.split()[:2]
+        check_digits(" ".join(words))
+        n_vertices, n_faces = map(int, words)
     except ValueError:
         raise MeshError(f"the counts of the OFF file cannot be read: {line[:80]!r}") from None
     if n_vertices < 0 or n_faces < 0:

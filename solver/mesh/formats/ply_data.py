@@ -11,7 +11,7 @@ import numpy.typing as npt
 from solver.arrays import IntArray
 from solver.errors import MeshError
 from solver.mesh.formats.ply_rows import CUT_OFF, NEGATIVE, copy_values, list_sizes
-from solver.mesh.formats.text import lines_of, plain_reason
+from solver.mesh.formats.text import check_digits, lines_of, plain_reason
 
 Values: TypeAlias = npt.NDArray[Any]
 
@@ -148,6 +148,7 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
 def _text_rows(element: Element, rows: Sequence[str]) -> Columns:
     sizes: dict[str, list[int]] = {name: [] for name in element.properties}
     words: dict[str, list[str]] = {name: [] for name in element.properties}
+    check_digits("\n".join(rows))
     for row in rows:
         rest = iter(row.split())
         for name, prop in element.properties.items():
@@ -156,8 +157,6 @@ def _text_rows(element: Element, rows: Sequence[str]) -> Columns:
             words[name].extend(islice(rest, size))
         if next(rest, None) is not None:
             raise ValueError("it is longer than the header declares")
-        if "_" in row:  # Python would read 1_0 as 10
-            raise ValueError("a word in it is no number")
     columns: Columns = {}
     for name, prop in element.properties.items():
         if len(words[name]) != sum(sizes[name]):

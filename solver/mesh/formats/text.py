@@ -51,6 +51,18 @@ def float_table(lines: Sequence[str], what: str) -> FloatArray:
         raise MeshError(f"a {what} line cannot be read: {plain_reason(error)}") from error
 
 
+def check_digits(text: str) -> None:
+    """Refuse what Python reads as a number and no mesh file has: 1_0 as 10, digits of all scripts.
+
+    Raises
+    ------
+    ValueError
+        The text has it.
+    """
+    if "_" in text or not text.isascii():
+        raise ValueError("a word in it is no number")
+
+
 def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
     """Read lines that hold a count and then that many integers; the rest of a line is ignored.
 
@@ -71,12 +83,13 @@ def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
     MeshError
         Something is not an integer, or a list is shorter than its count.
     """
-    equal = _equal_lists(lines)
-    if equal is not None:
-        return equal
     sizes: list[int] = []
     values: list[int] = []
     try:
+        check_digits("\n".join(lines))
+        equal = _equal_lists(lines)
+        if equal is not None:
+            return equal
         for number, line in enumerate(lines):
             size, *row = line.split()
             sizes.append(int(size))
@@ -86,8 +99,6 @@ def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
                     "the file is cut off or damaged"
                 )
             values.extend(map(int, row[: sizes[-1]]))
-            if "_" in line:  # Python would read 1_0 as 10
-                raise ValueError("a word in it is no number")
         return np.array(sizes, dtype=np.int64), np.array(values, dtype=np.int64)
     except (ValueError, OverflowError) as error:
         raise MeshError(f"a {what} line cannot be read: {plain_reason(error)}") from error

@@ -79,7 +79,7 @@ def read_xyz(data: bytes) -> TriangleSoup:
     lines = [line for line in lines if not line.startswith(_COMMENTS)]
     first = lines[0].translate(_SEPARATORS).strip() if lines else ""
     promised = int(first) if _COUNT.fullmatch(first) else None
-    header = lines[0] if lines and promised is None and not _is_of_numbers(first) else ""
+    header = lines[0] if lines and promised is None and _is_header(first, lines[1:2]) else ""
     lines = lines[1:] if header or promised is not None else lines
     if not lines:
         raise MeshError("the file has no points")
@@ -107,9 +107,17 @@ def read_xyz(data: bytes) -> TriangleSoup:
     )
 
 
-def _is_of_numbers(line: str) -> bool:
+def _is_header(first: str, second: Sequence[str]) -> bool:
+    """Whether a first line is no point, nor one with a word that is no number: 1 2 three."""
+    words = first.split()
+    numbers = sum(map(_is_number, words))
+    wide = [len(line.translate(_SEPARATORS).split()) for line in second]
+    return numbers == 0 or (numbers < len(words) and wide != [len(words)])
+
+
+def _is_number(word: str) -> bool:
     try:
-        np.array(line.split(), dtype=np.float64)
+        float(word)
     except ValueError:
         return False
     return True

@@ -132,7 +132,7 @@ def _parsed(text: str) -> float:
     """A number, nan if it is none; 1.234,5 and 1,234,567 are none."""
     plain = text.replace(",", ".") if "." not in text else text
     try:
-        # float() takes digits grouped by underscores, which no landmark file has.
-        return float(plain.replace("_", "?"))
+        # float() takes digits grouped by underscores, and those of all scripts.
+        return float(plain) if plain.isascii() and "_" not in plain else math.nan
     except ValueError:
         return math.nan
