@@ -4,8 +4,8 @@ There is no standard. Columns are separated by white space, commas or semicolons
 or semicolons separate them, commas are decimal commas. A first line that is not of numbers is a
 header; one with a single number, as in .pts, is the number of points. If the header or a comment
 names x, y and z, columns are found by name. Else the coordinates come first, then a normal or a
-colour, then anything; of seven columns that are no normals the last three are the colour, after
-the intensity, as in .pts.
+colour; of seven columns that are no normals the last three are the colour, after the intensity, as
+in .pts. Of more columns, the values say where normals and colours are, or the file is refused.
 """
 
 import re
@@ -27,6 +27,11 @@ _UNIT: Final = 0.01
 
 _WITH_INTENSITY: Final = 7
 """Columns of .pts: coordinates, intensity and colour."""
+
+_PTS: Final = "icn"
+_ORDERS: Final = {6: ("nc", "cn"), 7: ("inc", _PTS, "nic", "cin", "nci", "cni")}
+"""Orders of a normal, a colour and the intensity after the coordinates, by their columns; that of
+.pts, whose first line is the number of points."""
 
 _SEPARATORS: Final = str.maketrans(",;\t", "   ")
 _DECIMAL_COMMAS: Final = str.maketrans(",;\t", ".  ")
@@ -65,13 +70,15 @@ def read_xyz(data: bytes) -> TriangleSoup:
     -------
     TriangleSoup
         Without faces; with normals or colours if columns have their names, or, where columns have
-        no names, if columns four to six are that; of seven columns, the last three are colours.
+        no names, if columns four to six are that; of seven columns, the last three are colours; of
+        nine or ten, both are found by their values.
 
     Raises
     ------
     MeshError
         A line is not of numbers, lines differ in length or have fewer than three numbers, there
-        are fewer than the first line promises, or not as many columns as the header names.
+        are fewer than the first line promises, not as many columns as the header names, or more
+        than seven whose values do not say what they are.
     """
     text = decode(data)
     lines = [line.strip() for line in lines_of(text) if line.translate(_SEPARATORS).strip()]
@@ -91,7 +98,9 @@ def read_xyz(data: bytes) -> TriangleSoup:
     if table.shape[1] < 3:
         raise MeshError(f"a point has {table.shape[1]} numbers; x, y and z are needed")
     names = _names(header, comments, table.shape[1])
-    normals, colors = _named_extras(table, names) if names else _unnamed_extras(table)
+    normals, colors = (
+        _named_extras(table, names) if names else _unnamed_extras(table, promised is not None)
+    )
     columns = [names.index(axis) for axis in _AXES] if names else [0, 1, 2]
     notes = tuple(note.replace("face", "point") for note in last_line_note(text))
     faces: IntArray = np.zeros((0, 3), dtype=np.int64)
@@ -167,13 +176,66 @@ def _named_extras(
     return normals, None if colors is None else colors_in_unit_range(colors)
 
 
-def _unnamed_extras(table: FloatArray) -> tuple[FloatArray | None, FloatArray | None]:
+def _unnamed_extras(
+    table: FloatArray, counted: bool
+) -> tuple[FloatArray | None, FloatArray | None]:
     """(V, 3) normals or colours, if the columns after the coordinates are that."""
+    if table.shape[1] > _WITH_INTENSITY:
+        return _ordered_extras(table[:, 3:], counted)
     extra = np.ascontiguousarray(table[:, 3:6])
     if extra.shape[1] < 3:
         return None, None
-    if (np.abs(np.linalg.norm(extra, axis=1) - 1.0) <= _UNIT).all():
+    if _are_normals(extra):
         return extra, None
     if table.shape[1] == _WITH_INTENSITY:
         extra = np.ascontiguousarray(table[:, 4:])
     return None, colors_in_unit_range(extra)
+
+
+def _ordered_extras(
+    extra: FloatArray, counted: bool
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """(V, 3) normals and colours, in the only order that the values of (V, k) columns allow.
+
+    Where the first line counts the points, it is that of .pts, if this is allowed.
+
+    Raises
+    ------
+    MeshError
+        None or several do, and the first three columns are no normals.
+    """
+    found = {}
+    for order in _ORDERS.get(extra.shape[1], ()):
+        normals, colors = (_three_columns(extra, order, what) for what in "nc")
+        if _are_normals(normals) and _are_colors(colors):
+            found[order] = normals, colors
+    if counted and _PTS in found:
+        found = {_PTS: found[_PTS]}
+    if len(found) == 1:
+        ((normals, colors),) = found.values()
+        return normals, colors_in_unit_range(colors)
+    if not found and _are_normals(extra[:, :3]):
+        return np.ascontiguousarray(extra[:, :3]), None
+    raise MeshError(
+        f"a point has {extra.shape[1] + 3} numbers, and their values do not say what they are:"
+        " expected x y z, then a normal of length 1 (nx ny nz) and a colour (r g b, whole numbers"
+        " up to 255 or numbers up to 1) in either order, with an intensity or without one; name"
+        " the columns in the first line, as in x y z nx ny nz r g b"
+    )
+
+
+def _three_columns(extra: FloatArray, order: str, what: str) -> FloatArray:
+    """(V, 3) the normal ("n") or colour ("c") of columns in an order."""
+    start = sum(1 if one == "i" else 3 for one in order[: order.index(what)])
+    return np.ascontiguousarray(extra[:, start : start + 3])
+
+
+def _are_normals(table: FloatArray) -> bool:
+    return bool((np.abs(np.linalg.norm(table, axis=1) - 1.0) <= _UNIT).all())
+
+
+def _are_colors(table: FloatArray) -> bool:
+    """Whether columns are in 0..1, or whole numbers in 0..255."""
+    most = 1.0 if (table <= 1.0).all() else 255.0
+    whole = most == 1.0 or (table == np.rint(table)).all()
+    return bool(whole and ((table >= 0.0) & (table <= most)).all())

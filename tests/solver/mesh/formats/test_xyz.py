@@ -36,7 +36,7 @@ def test_points_are_read_in_their_order(separator: str, header: str) -> None:
 
 
 def test_further_columns_are_normals_or_colours() -> None:
-    found = read_xyz(text(np.hstack([POINTS, NORMALS, COLORS])))
+    found = read_xyz(text(np.hstack([POINTS, NORMALS])))
     assert found.normals is not None
     np.testing.assert_allclose(found.normals, NORMALS)
     assert found.colors is None
@@ -60,6 +60,72 @@ def test_of_seven_columns_the_fourth_is_the_intensity(header: str) -> None:
     assert found.normals is not None
     np.testing.assert_allclose(found.normals, NORMALS)
     assert read_xyz(text(np.hstack([POINTS, intensity]), header=header)).colors is None
+
+
+@given(
+    st.integers(0, 2**31 - 1),
+    st.sampled_from(["nc", "cn", "inc", "icn", "nic", "cin", "nci", "cni"]),
+    st.booleans(),
+)
+def test_normals_and_colours_are_found_by_their_values(seed: int, order: str, whole: bool) -> None:
+    rng = np.random.default_rng(seed)
+    normals = rng.standard_normal((12, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    colors = rng.integers(0, 256, (12, 3)) / 255.0
+    intensity = rng.uniform(-2048.0, 2047.0, (12, 1))
+    columns = {"n": normals, "c": np.rint(255.0 * colors) if whole else colors, "i": intensity}
+    found = read_xyz(text(np.hstack([normals, *(columns[one] for one in order)])))
+    assert found.normals is not None
+    np.testing.assert_allclose(found.normals, normals, atol=1e-5)
+    assert found.colors is not None
+    np.testing.assert_allclose(found.colors, colors, atol=1e-5)
+
+
+def test_pts_has_the_intensity_first_where_values_do_not_say_so() -> None:
+    table = np.hstack([POINTS, COLORS[:, :1], COLORS, NORMALS])
+    found = read_xyz(text(table, header="4\n"))
+    assert found.colors is not None
+    np.testing.assert_allclose(found.colors, COLORS / 255.0)
+    assert found.normals is not None
+    np.testing.assert_allclose(found.normals, NORMALS)
+    with pytest.raises(MeshError, match="a point has 10 numbers, and their values do not say"):
+        read_xyz(text(table))
+
+
+UNKNOWN = 1000.0 * COLORS
+AXES = np.eye(3)[[0, 1, 2, 0]]
+
+
+def test_columns_after_normals_may_be_anything_but_a_colour() -> None:
+    for more in (UNKNOWN[:, :2], UNKNOWN, np.hstack([UNKNOWN, UNKNOWN])):
+        found = read_xyz(text(np.hstack([POINTS, NORMALS, more])))
+        assert found.normals is not None
+        np.testing.assert_allclose(found.normals, NORMALS)
+        assert found.colors is None
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        (COLORS, COLORS),
+        (AXES, AXES[::-1]),  # both of length 1, and in 0..1
+        (UNKNOWN[:, :2], COLORS),
+        (COLORS, UNKNOWN),
+        (UNKNOWN, NORMALS),
+        (COLORS, COLORS, COLORS),
+    ],
+)
+@pytest.mark.parametrize("header", ["", "4\n", "my scan\n"])
+def test_columns_whose_values_do_not_say_what_they_are_have_to_be_named(
+    columns: Sequence[FloatArray], header: str
+) -> None:
+    table = np.hstack([POINTS, *columns])
+    with pytest.raises(MeshError, match=r"expected x y z.* name the columns in the first line"):
+        read_xyz(text(table, header=header))
+    names = ["x", "y", "z", *(f"c{place}" for place in range(table.shape[1] - 3))]
+    np.testing.assert_allclose(
+        read_xyz(text(table, header=" ".join(names) + "\n")).vertices, POINTS
+    )
 
 
 TABLES = arrays(
