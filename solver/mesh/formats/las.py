@@ -90,6 +90,7 @@ def read_las(data: bytes) -> TriangleSoup:
         None,
         normals=_normals(points),
         is_cloud=True,
+        fixed_point=True,
     )
 
 

@@ -117,9 +117,13 @@ def read_ply(data: bytes) -> TriangleSoup:
     vertex, face = columns["vertex"], columns.get("face", {})
     vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
     sizes, corners = _polygons(face)
-    colors = _colors(vertex, _properties(header)["vertex"])
+    of_vertices = _properties(header)["vertex"]
+    colors = _colors(vertex, of_vertices)
     notes += _note_of_texture(header)
-    contents = polygon_contents(vertices, sizes, corners, colors, notes)
+    contents = replace(
+        polygon_contents(vertices, sizes, corners, colors, notes),
+        fixed_point=all(of_vertices[axis].kind[0] in "iu" for axis in "xyz"),
+    )
     if len(sizes):
         return contents
     if not {"nx", "ny", "nz"} <= vertex.keys():

@@ -16,6 +16,9 @@ _WARNED, _REFUSED = 1e-3, 0.5
 def checked_precision(soup: TriangleSoup) -> TriangleSoup:
     """Note coarse coordinates of a shape that lies far from the origin.
 
+    Floating-point numbers, and those written with so many digits, are the coarser the larger they
+    are. Integers are not, and are not asked for more than that double precision holds them.
+
     Raises
     ------
     MeshError
@@ -25,18 +28,20 @@ def checked_precision(soup: TriangleSoup) -> TriangleSoup:
     extent = float(np.ptp(soup.vertices, axis=0).max())
     if magnitude <= _FAR * extent:
         return soup
-    grid = _grid(soup.vertices, magnitude)
+    grid = float(np.spacing(magnitude))
+    if not soup.fixed_point:
+        grid = _grid(soup.vertices, magnitude)
     edge = _typical_edge(soup.vertices, soup.faces)
     if grid <= _WARNED * edge:
         return soup
     where = (
-        f"the shape lies {magnitude / extent:.2g} times its size from the origin, where its"
-        f" coordinates are multiples of {grid:.2g}"
+        f"the shape lies {magnitude / extent:.3g} times its size from the origin, where its"
+        f" coordinates are multiples of {grid:.3g}"
     )
     if grid > _REFUSED * edge:
         raise MeshError(f"{where}: its details are lost; move it to the origin before it is saved")
     return soup.noting(
-        f"{where}, {100.0 * grid / edge:.2g} % of a typical edge: distances are no more precise;"
+        f"{where}, {100.0 * grid / edge:.3g} % of a typical edge: distances are no more precise;"
         " move it to the origin before it is saved"
     )
 

@@ -43,6 +43,9 @@ class TriangleSoup:
         (V, 3) normals of a point cloud as a reader left them.
     is_cloud
         Whether the file is a point cloud: it has no faces, and does not mean to.
+    fixed_point
+        Whether the file has coordinates as integers, scaled by a constant: they are as precise far
+        from the origin as near it.
     """
 
     vertices: FloatArray
@@ -55,6 +58,7 @@ class TriangleSoup:
     paint: Paint | None = None
     normals: FloatArray | None = None
     is_cloud: bool = False
+    fixed_point: bool = False
 
     def noting(self, *notes: str) -> "TriangleSoup":
         """Return the soup with more notes, and its edges if they are known."""
