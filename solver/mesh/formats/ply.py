@@ -56,8 +56,9 @@ _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _LONGEST_HEADER = 1 << 20
 """Bytes."""
 
-_MOST_PROPERTIES = 1000
-"""Every row is read property by property; files have some dozens."""
+_MOST_PROPERTIES = 1100
+"""Every row is read property by property; files have some dozens, but may have the weights of 1,024
+joints beside geometry and colours."""
 _GREATEST_INTEGER = np.iinfo(np.int64).max
 _TOLD_APART = 2.0**53
 

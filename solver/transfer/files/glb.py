@@ -80,9 +80,13 @@ def _attributes(data: GltfData) -> list[Attribute]:
                 parts += [replace(part, skin=one.skin) for one in placements]
     names = dict.fromkeys(name for part in parts for name in part.values)
     rows = [part.rows for part in parts]
-    check_size(len(names), sum(rows))
+    check_size(len({*names} - {COLORS_NAME}), sum(rows))
     tables = {name: [part.values.get(name) for part in parts] for name in names}
-    widest = [max(one.shape[1] for one in some if one is not None) for some in tables.values()]
+    widest = [
+        max(one.shape[1] for one in some if one is not None)
+        for name, some in tables.items()
+        if name != COLORS_NAME
+    ]
     check_size(sum(widest), sum(rows))
     found = [_joined(name, some, rows) for name, some in tables.items()]
     if all(part.influences is None for part in parts):
@@ -93,7 +97,8 @@ def _attributes(data: GltfData) -> list[Attribute]:
 def _part(data: GltfData, attributes: dict[str, int]) -> _Part:
     found: dict[str, FloatArray] = {}
     rows = data.entry("accessors", attributes["POSITION"])["count"]
-    check_size(len(attributes), rows)
+    check_size(sum(name.startswith("_") for name in attributes), rows)
+    check_size(4 * sum(name.startswith("JOINTS_") for name in attributes), rows)
     if "COLOR_0" in attributes:
         found[COLORS_NAME] = data.normalised(attributes["COLOR_0"])
     for name, index in attributes.items():

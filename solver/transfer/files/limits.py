@@ -8,10 +8,10 @@ import numpy.typing as npt
 
 from solver.arrays import FloatArray
 from solver.errors import TransferError
-from solver.transfer.attributes import Attribute
+from solver.transfer.attributes import COLORS_NAME, Attribute
 
 MOST_COLUMNS: Final = 1024
-"""Columns of a file; skeletons have some hundred joints."""
+"""Columns of a file, besides colours and numbers of rows; skeletons have some hundred joints."""
 
 MOST_VALUES: Final = 2**25
 """Values of a file: what a worker may hold several times."""
@@ -39,7 +39,7 @@ def checked(attributes: Sequence[Attribute]) -> tuple[Attribute, ...]:
                 f" {len(one.values)}; give a row for every vertex, or for every face"
             )
         _check_names(one)
-    columns = sum(max(one.width, 1) for one in attributes)
+    columns = sum(max(one.width, 1) for one in attributes if one.name != COLORS_NAME)
     check_size(columns, max(len(one.values) for one in attributes))
     return tuple(attributes)
 

@@ -17,6 +17,9 @@ from solver.transfer.files.limits import MOST_COLUMNS, MOST_VALUES, check_size, 
 _JOINTS: Final = "joints"
 _JOINT_NAMES: Final = "joint_names"
 _JOINT_PARENTS: Final = "joint_parents"
+_BESIDES: Final = (COLORS_NAME, _JOINTS, _JOINT_NAMES, _JOINT_PARENTS)
+"""Arrays that are no columns of values."""
+
 _PLAIN: Final = "save arrays of numbers or text, as array.astype(str) or .astype(float)"
 _MOST_BYTES: Final = 2**28
 """Bytes of all arrays, unpacked."""
@@ -115,7 +118,7 @@ def _arrays(data: bytes) -> dict[str, npt.NDArray[Any]]:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             entries = archive.zip.infolist()
-            if len(entries) > MOST_COLUMNS:
+            if len(entries) > MOST_COLUMNS + len(_BESIDES):
                 raise TransferError(f"the archive has more than {MOST_COLUMNS} arrays")
             if sum(entry.file_size for entry in entries) > _MOST_BYTES:
                 raise TransferError("the archive is too large when unpacked")

@@ -17,6 +17,7 @@ from solver.mesh.formats import read_glb_with
 from solver.mesh.textures import Paint
 from solver.transfer import FACES, VERTICES, Attribute
 from solver.transfer.files import WrittenSurface, read_attributes, write_npz, write_textured_glb
+from solver.transfer.files.limits import MOST_COLUMNS
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.solver.transfer.files.written import write_attributes
@@ -153,6 +154,27 @@ def test_glb_of_shapes_near_the_origin_has_nodes_without_a_transformation() -> N
 def plain_paint(count: int) -> Paint:
     """White faces."""
     return Paint(np.zeros((count, 3, 2)), np.ones((count, 3)), np.full(count, -1), ())
+
+
+@pytest.mark.parametrize("file_type", ["npz", "csv", "ply", "glb"])
+@pytest.mark.parametrize("what", ["joints", "numbers", "numbers and a joint"])
+def test_as_many_columns_as_are_read_can_be_read_again(file_type: str, what: str) -> None:
+    """Besides colours, and what a format has itself."""
+    random = np.random.default_rng(0)
+    joints = {"joints": MOST_COLUMNS, "numbers": 0, "numbers and a joint": 1}[what]
+    given_table = [Attribute("colors", random.integers(0, 256, (3, 4)) / 255.0)]
+    if joints:
+        names = tuple(f"joint {number:080}" for number in range(joints))
+        weights = random.dirichlet(np.ones(joints), size=3)
+        parents = (-1,) * joints
+        given_table.append(Attribute("weights", weights, names, parents=parents))
+    given_table += [
+        Attribute(f"n{place}", random.random(3)) for place in range(MOST_COLUMNS - joints)
+    ]
+    data = write_attributes(given_table, file_type, WrittenSurface.of(TRIANGLE, given_table))
+    found = {one.name: one for one in read_attributes(data, file_type)}
+    for one in given_table:
+        np.testing.assert_allclose(found[one.name].values, one.values, atol=1e-6)
 
 
 def test_obj_has_colours_or_groups_of_labels() -> None:
