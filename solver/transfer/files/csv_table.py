@@ -1,8 +1,9 @@
 """Tables of attributes as text (CSV): a line of names, then a line for each vertex or face.
 
 A column ``vertex`` or ``face`` has the number of each line; without it the lines are in the order
-of the file. Columns are grouped as :mod:`.columns` says. The case of names that mean something here
-does not count.
+of the file. Columns are grouped as :mod:`.columns` says. A column ``NAME:text`` is text, whatever
+it looks like; others are numbers if they look so. The case of names that mean something here does
+not count.
 """
 
 import csv
@@ -17,12 +18,14 @@ import numpy as np
 from solver.errors import TransferError
 from solver.transfer.attributes import WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS, Column, from_columns, renamed, to_columns
-from solver.transfer.files.limits import check_size
+from solver.transfer.files.limits import check_size, text_column
 from solver.transfer.overlap import CORNERS, FACES, VERTICES
 
 _NUMBERED: Final = {"vertex": VERTICES, "face": FACES}
 """Names of the column of numbers, and what is numbered."""
 _NUMBER_OF: Final = {VERTICES: "vertex", FACES: "face", CORNERS: "corner"}
+_TEXT: Final = ":text"
+"""End of the name of a column of text that may look like numbers, or like nothing."""
 _NONE: Final = frozenset({"", "nan", "na", "n/a", "null"})
 """Cells without a value among numbers, in lower case."""
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
@@ -65,33 +68,76 @@ def read_csv(data: bytes) -> list[Attribute]:
             raise TransferError(
                 f"row {number} has {len(row)} values, and there are {len(names)} names"
             )
-    columns = {name: column_of(name, cells) for name, *cells in zip(names, *rows[1:], strict=True)}
+    columns = {
+        name: text_column(cells) if _is_text(name) else column_of(name, cells)
+        for name, *cells in zip(names, *rows[1:], strict=True)
+    }
     numbered = [name for name in _NUMBERED if name in columns]
     if len(numbered) > 1:
         raise TransferError("rows are of vertices or of faces: leave out one of the two columns")
     if not numbered:
-        return from_columns(columns)
-    found = from_columns(_in_order(columns, numbered[0]))
+        return from_columns(_named(columns))
+    found = from_columns(_named(_in_order(columns, numbered[0])))
     return [replace(one, on=_NUMBERED[numbered[0]]) for one in found]
 
 
 def write_csv(attributes: Sequence[Attribute]) -> bytes:
     """Return attributes as a table, which :func:`read_csv` reads if rows are of vertices or faces.
 
-    All are of vertices, all of faces, or all of corners. Colours are bytes. An attribute that is
-    called as the numbers of the rows are gets another name (:func:`.renamed`).
+    All are of vertices, all of faces, or all of corners. Colours are bytes. Text that would not be
+    read as text is marked so. An attribute that is called as the numbers of the rows, or as marked
+    text, gets another name (:func:`.renamed`).
     """
     on, count = attributes[0].on or VERTICES, len(attributes[0].values)
     number = _NUMBER_OF[on]
     named = to_columns(attributes)
     # The case of these names does not count when they are read.
     taken = {name for name in named if name.lower() in _NUMBERED} | {*_NUMBERED}
-    columns = renamed(named, [number] if on == CORNERS else taken)
+    taken |= {name for name, values in named.items() if _is_text(name) and values.dtype.kind != "U"}
+    columns = _marked(renamed(named, [number] if on == CORNERS else taken))
+    texts = [values for values in columns.values() if values.dtype.kind == "U"]
+    # The writer does not quote what has this alone, and the reader would end the line there.
+    broken = any((np.char.find(one, "\r") >= 0).any() for one in texts)
     stream = io.StringIO(newline="")
-    writer = csv.writer(stream, lineterminator="\n")
+    writer = csv.writer(
+        stream,
+        lineterminator="\n",
+        quoting=csv.QUOTE_NONNUMERIC if broken else csv.QUOTE_MINIMAL,
+    )
     writer.writerow([number, *columns])
     writer.writerows(zip(range(count), *(one.tolist() for one in columns.values()), strict=True))
     return stream.getvalue().encode()
+
+
+def _is_text(name: str) -> bool:
+    return name.lower().endswith(_TEXT)
+
+
+def _marked(columns: dict[str, Column]) -> dict[str, Column]:
+    """Return columns with the mark of text, where it would be read as something else."""
+    return {
+        f"{name}{_TEXT}"
+        if values.dtype.kind == "U" and (_is_text(name) or not _looks_like_text(values))
+        else name: values
+        for name, values in columns.items()
+    }
+
+
+def _looks_like_text(values: Column) -> bool:
+    try:
+        return column_of("", values.tolist()).dtype.kind == "U"
+    except TransferError:
+        return False
+
+
+def _named(columns: dict[str, Column]) -> dict[str, Column]:
+    """Return columns by their names without the mark of text."""
+    found = {
+        name[: -len(_TEXT)] if _is_text(name) else name: values for name, values in columns.items()
+    }
+    if len(found) < len(columns) or not all(found):
+        raise TransferError(f"columns need different names, also without {_TEXT!r} at their end")
+    return found
 
 
 def column_of(name: str, cells: Sequence[str]) -> Column:
@@ -133,9 +179,10 @@ def column_of(name: str, cells: Sequence[str]) -> Column:
             if given and known != mostly
         )
         raise TransferError(
-            f"{name[:40]!r} has both numbers and text: row {row} is {cells[row][:40]!r}"
+            f"{name[:40]!r} has both numbers and text: row {row} is {cells[row][:40]!r}; if all are"
+            f" text, call the column {name[:40] + _TEXT!r} in CSV"
         )
-    return np.array(cells, dtype=np.str_)
+    return text_column(cells)
 
 
 def _as_reserved(names: Sequence[str]) -> list[str]:

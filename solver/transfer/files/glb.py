@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from solver.mesh.formats import (
 )
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
-from solver.transfer.files.limits import check_size
+from solver.transfer.files.limits import check_size, text_column
 from solver.transfer.files.names import distinct
 from solver.transfer.files.npz import dense_weights
 from solver.transfer.skinning import parents_among
@@ -31,9 +31,10 @@ WHOLE: Final = 2.0**24
 def read_glb_attributes(data: bytes) -> list[Attribute]:
     """Read the attributes of the vertices, numbered as :func:`solver.mesh.read_mesh` numbers them.
 
-    Numbers that are all whole become labels. Joints have the names and the parents of their nodes,
-    and are one where skins share a node. Vertices of meshes without an attribute have no value
-    (nan), and no weights (0).
+    Numbers that are all whole become labels, and text if every primitive that has them has a text
+    for each in its `extras`, as :func:`.write_glb` writes them. Joints have the names and the
+    parents of their nodes, and are one where skins share a node. Vertices of meshes without an
+    attribute have no value (nan, or no text), and no weights (0).
 
     Raises
     ------
@@ -56,6 +57,8 @@ class _Part:
         Number V of vertices.
     values
         (V, n) by the name of the attribute.
+    texts
+        Texts that the numbers of an attribute stand for, by its name.
     influences
         (V, k) joints, by the numbers of the skin, and their weights; ``None`` without.
     skin
@@ -64,6 +67,7 @@ class _Part:
 
     rows: int
     values: dict[str, FloatArray]
+    texts: dict[str, list[str]]
     influences: tuple[IntArray, FloatArray] | None
     skin: int | None = None
 
@@ -74,7 +78,7 @@ def _attributes(data: GltfData) -> list[Attribute]:
     for mesh, placements in scene_of(data.tree).meshes:
         for primitive in data.tree["meshes"][mesh]["primitives"]:
             if primitive.get("mode", 4) in MODES:
-                part = _part(data, primitive["attributes"])
+                part = _part(data, primitive)
                 values += sum(one.size for one in part.values.values())
                 check_size(1, values)
                 parts += [replace(part, skin=one.skin) for one in placements]
@@ -88,13 +92,16 @@ def _attributes(data: GltfData) -> list[Attribute]:
         if name != COLORS_NAME
     ]
     check_size(sum(widest), sum(rows))
-    found = [_joined(name, some, rows) for name, some in tables.items()]
+    found = [
+        _joined_text(name, parts) or _joined(name, some, rows) for name, some in tables.items()
+    ]
     if all(part.influences is None for part in parts):
         return found
     return [_skin(data, parts), *(one for one in found if one.name != WEIGHTS_NAME)]
 
 
-def _part(data: GltfData, attributes: dict[str, int]) -> _Part:
+def _part(data: GltfData, primitive: Any) -> _Part:
+    attributes = primitive["attributes"]
     found: dict[str, FloatArray] = {}
     rows = data.entry("accessors", attributes["POSITION"])["count"]
     check_size(sum(name.startswith("_") for name in attributes), rows)
@@ -109,7 +116,38 @@ def _part(data: GltfData, attributes: dict[str, int]) -> _Part:
     for name, values in found.items():
         if len(values) != rows:
             raise MeshError(f"{name[:40]} of the glTF file does not have a value for every vertex")
-    return _Part(rows, found, influences(data, attributes))
+    return _Part(rows, found, _labels(primitive), influences(data, attributes))
+
+
+def _labels(primitive: Any) -> dict[str, list[str]]:
+    """Return the texts in the `extras` of a primitive, which may be of another program."""
+    extras = primitive.get("extras")
+    labels = extras.get("labels") if isinstance(extras, dict) else None
+    if not isinstance(labels, dict):
+        return {}
+    return {
+        name: texts
+        for name, texts in labels.items()
+        if isinstance(texts, list) and all(isinstance(text, str) for text in texts)
+    }
+
+
+def _joined_text(name: str, parts: Sequence[_Part]) -> Attribute | None:
+    """Texts of all primitives, if each has one for every number; empty for those without."""
+    texts, places = [""], []
+    starts: dict[int, int] = {}  # primitives may be shown often
+    for part in parts:
+        values, own = part.values.get(name), part.texts.get(name, [])
+        if values is None:
+            places.append(np.zeros(part.rows, dtype=np.int64))
+            continue
+        if values.shape[1] != 1 or not np.isin(values, np.arange(len(own))).all():
+            return None
+        start = starts.setdefault(id(own), len(texts))
+        if start == len(texts):
+            texts += own
+        places.append(start + values[:, 0].astype(np.int64))
+    return Attribute(name, text_column(texts, np.concatenate(places)))
 
 
 def numbered_joints(count: int) -> tuple[str, ...]:

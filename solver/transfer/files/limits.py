@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, IntArray
 from solver.errors import TransferError
 from solver.transfer.attributes import COLORS_NAME, Attribute
 
@@ -15,6 +15,9 @@ MOST_COLUMNS: Final = 1024
 
 MOST_VALUES: Final = 2**25
 """Values of a file: what a worker may hold several times."""
+
+_MOST_TEXT: Final = 2**28
+"""Bytes of the texts of an attribute as NumPy holds them, each as long as the longest."""
 
 LONGEST_NAME: Final = 100
 """Characters of the name of an attribute or a column."""
@@ -73,6 +76,21 @@ def check_size(columns: int, rows: int) -> None:
         raise TransferError(
             f"the file has {columns * rows} values, more than {MOST_VALUES}; carry some at a time"
         )
+
+
+def text_column(texts: Sequence[str], places: IntArray | None = None) -> npt.NDArray[np.str_]:
+    """Return texts, or the one at each place (V,), as an array.
+
+    Raises
+    ------
+    TransferError
+        One is so long that all would be too large.
+    """
+    rows, longest = len(texts if places is None else places), max(map(len, texts), default=0)
+    if 4 * longest * rows > _MOST_TEXT:
+        raise TransferError(f"a label of {longest} characters is too long for {rows} rows")
+    found = np.array(texts, dtype=np.str_)
+    return found if places is None else found[places]
 
 
 def colors_in_range(table: npt.NDArray[Any]) -> FloatArray:

@@ -10,6 +10,7 @@ from solver.errors import MeshError, TransferError
 from solver.mesh.formats import read_obj, read_obj_parts
 from solver.transfer.attributes import COLORS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS, renamed
+from solver.transfer.files.limits import text_column
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES
 
@@ -29,7 +30,7 @@ def read_obj_attributes(data: bytes) -> list[Attribute]:
         colors, parts = read_obj(data).colors, read_obj_parts(data)
     except MeshError as error:
         raise TransferError(str(error)) from error
-    labels = [Attribute(what, np.array(names), on=FACES) for what, names in parts.items()]
+    labels = [Attribute(what, text_column(names), on=FACES) for what, names in parts.items()]
     own = [] if colors is None else [Attribute(COLORS_NAME, colors, CHANNELS[:3])]
     return own + labels
 

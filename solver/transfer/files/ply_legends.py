@@ -10,6 +10,8 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
+from solver.transfer.files.limits import text_column
+
 _MOST_BYTES: Final = 1 << 19
 """Bytes of all legends of a file: headers are read up to twice as many."""
 
@@ -46,12 +48,7 @@ def labels_in_words(columns: Columns, comments: Sequence[str]) -> dict[str, npt.
     legends: dict[str, dict[int, str]] = {}
     for comment in comments:
         word, name, code, text = [*comment.split(" ", 3), "", "", ""][:4]
-        if (
-            word == "label"
-            and code.isdecimal()
-            and code.isascii()
-            and len(code) <= len("4294967295")
-        ):
+        if word == "label" and _CODE.fullmatch(code):
             legends.setdefault(name, {})[int(code)] = text
     found = {}
     for name, legend in legends.items():
@@ -60,6 +57,5 @@ def labels_in_words(columns: Columns, comments: Sequence[str]) -> dict[str, npt.
             continue
         codes, place = np.unique(values, return_inverse=True)
         if all(code in legend for code in codes.tolist()):
-            texts = np.array([legend[code] for code in codes.tolist()], dtype=np.str_)
-            found[name] = texts[place]
+            found[name] = text_column([legend[code] for code in codes.tolist()], place)
     return found
