@@ -17,7 +17,7 @@ from solver.mesh.formats.archive import mesh_in_zip, read_zip
 from solver.mesh.formats.contents import merge_coincident
 from solver.mesh.formats.gltf import read_glb_with
 from solver.mesh.formats.gltf_data import GltfData
-from solver.mesh.formats.gltf_scene import MODES, scene_of
+from solver.mesh.formats.gltf_scene import MODES, scene_of, vertex_set
 from solver.mesh.formats.gltf_skins import check_joints, influences, joint_nodes
 from solver.mesh.formats.obj import read_obj, read_obj_coordinates, read_obj_parts
 from solver.mesh.formats.ply import PlyColumns, ply_columns
@@ -50,4 +50,5 @@ __all__ = [
     "read_obj_coordinates",
     "read_obj_parts",
     "scene_of",
+    "vertex_set",
 ]

@@ -24,7 +24,7 @@ from solver.mesh.formats.companions import Companions
 from solver.mesh.formats.contents import check_indices, merge_coincident
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_materials import GltfMaterial, GltfMaterials
-from solver.mesh.formats.gltf_scene import MODES, Placement, check_tree, scene_of
+from solver.mesh.formats.gltf_scene import MODES, Placement, check_tree, scene_of, vertex_set
 from solver.mesh.formats.gltf_skins import GltfSkins, check_joints, influences, skinned
 from solver.mesh.repair import TriangleSoup
 from solver.mesh.textures import Material, Paint, Texture, linear_light, painted_colors, tinted
@@ -48,7 +48,9 @@ def read_glb(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     Returns
     -------
     TriangleSoup
-        `vertex_ids` number the positions of all primitives, in the order of meshes in the file.
+        `vertex_ids` number the positions of all primitives, in the order of meshes in the file and
+        of primitives in a mesh, once for each node that shows it; primitives of a mesh with the
+        same accessors have the same vertices, which count once.
 
     Raises
     ------
@@ -199,6 +201,10 @@ class _Part:
         Base colour.
     influences
         (V, k) joints and weights of a mesh with a skin; ``None`` without.
+    start
+        Number of its first vertex.
+    repeated
+        Whether its vertices are those of an earlier part.
     """
 
     vertices: FloatArray
@@ -207,20 +213,32 @@ class _Part:
     coordinates: FloatArray | None
     material: GltfMaterial
     influences: tuple[IntArray, FloatArray] | None = None
+    start: int = 0
+    repeated: bool = False
 
 
 def _parts(data: GltfData, materials: GltfMaterials) -> list[_Part]:
     parts: list[_Part] = []
+    count = 0
     meshes = data.tree.get("meshes", [])
     scene = scene_of(data.tree)
     skins = GltfSkins(data, scene)
     for mesh, placements in scene.meshes:
+        starts: dict[frozenset[tuple[str, int]], int] = {}
         for primitive in meshes[mesh]["primitives"]:
             if primitive.get("mode", 4) in MODES:
-                part = _part(data, materials, primitive)
+                part, own = _part(data, materials, primitive), vertex_set(primitive)
                 if any(one.skin is not None for one in placements):
                     part = replace(part, influences=influences(data, primitive["attributes"]))
-                parts.extend(_placed(part, one, skins) for one in placements)
+                part = replace(part, start=starts.get(own, count), repeated=own in starts)
+                rows = len(part.vertices)
+                parts.extend(
+                    replace(_placed(part, one, skins), start=part.start + place * rows)
+                    for place, one in enumerate(placements)
+                )
+                if own not in starts:
+                    starts[own] = count
+                    count += rows * len(placements)
     return parts
 
 
@@ -264,20 +282,21 @@ def _placed(part: _Part, placement: Placement, skins: GltfSkins) -> _Part:
 
 
 def _joined(parts: Sequence[_Part]) -> TriangleSoup:
-    offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
-    notes = (f"{len(parts)} meshes of the scene were joined",) if len(parts) > 1 else ()
+    apart = [part for part in parts if not part.repeated]
+    notes = (f"{len(apart)} meshes of the scene were joined",) if len(apart) > 1 else ()
     colors = None
-    if any(part.colors is not None for part in parts):
+    if any(part.colors is not None for part in apart):
         colors = np.concatenate(
-            [np.ones_like(p.vertices) if p.colors is None else p.colors for p in parts]
+            [np.ones_like(p.vertices) if p.colors is None else p.colors for p in apart]
         )
-    faces = np.concatenate([p.faces + start for p, start in zip(parts, offsets, strict=False)])
+    vertices = np.concatenate([part.vertices for part in apart])
+    faces = np.concatenate([part.faces + part.start for part in parts])
     merged = merge_coincident(
         TriangleSoup(
-            np.concatenate([part.vertices for part in parts]),
+            vertices,
             faces,
             colors,
-            np.arange(offsets[-1], dtype=np.int64),
+            np.arange(len(vertices), dtype=np.int64),
             np.arange(len(faces), dtype=np.int64),
             notes,
         ),

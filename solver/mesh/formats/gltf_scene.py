@@ -47,6 +47,14 @@ MODES: Mapping[int, Callable[[IntArray], IntArray]] = {4: _triangles, 5: _strip,
 """(n,) indices to (F, 3) triangles, by primitive mode; other modes are points and lines."""
 
 
+def vertex_set(primitive: Any) -> frozenset[tuple[str, int]]:
+    """Return what primitives of a mesh have in common that have the same vertices: all accessors.
+
+    They are one surface, cut by material, and its vertices are numbered once.
+    """
+    return frozenset(primitive["attributes"].items())
+
+
 @dataclass(frozen=True, eq=False)
 class Placement:
     """One of the nodes that show a mesh.

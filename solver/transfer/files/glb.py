@@ -16,6 +16,7 @@ from solver.mesh.formats import (
     joint_nodes,
     read_glb_with,
     scene_of,
+    vertex_set,
 )
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
@@ -76,8 +77,10 @@ def _attributes(data: GltfData) -> list[Attribute]:
     parts: list[_Part] = []
     values = 0
     for mesh, placements in scene_of(data.tree).meshes:
+        known: set[frozenset[tuple[str, int]]] = set()
         for primitive in data.tree["meshes"][mesh]["primitives"]:
-            if primitive.get("mode", 4) in MODES:
+            if primitive.get("mode", 4) in MODES and vertex_set(primitive) not in known:
+                known.add(vertex_set(primitive))
                 part = _part(data, primitive)
                 values += sum(one.size for one in part.values.values())
                 check_size(1, values)
