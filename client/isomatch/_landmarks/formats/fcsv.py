@@ -12,6 +12,7 @@ from isomatch._landmarks.formats.reading import (
     CoordinateSystem,
     FormatError,
     coordinate_system,
+    lines_of,
     one_line,
     position,
 )
@@ -42,7 +43,7 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
     system: CoordinateSystem = "RAS"
     rows: list[tuple[str, tuple[float, ...] | None]] = []
     remarks: list[str] = []
-    for line, content in enumerate(text.splitlines(), start=1):
+    for line, content in enumerate(lines_of(text), start=1):
         if content.startswith("#"):
             key, _, value = content[1:].partition("=")
             if key.strip() == "CoordinateSystem":

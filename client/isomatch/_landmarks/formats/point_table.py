@@ -73,7 +73,11 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
 def write(landmarks: LandmarkSet) -> str:
     """Return landmarks as a file; the coordinates of those that are missing are empty."""
     out = io.StringIO()
-    rows = csv.writer(out, lineterminator="\n")
+    # The writer does not quote a carriage return alone, and the reader would end the line there.
+    broken = any("\r" in label for label in landmarks.labels)
+    rows = csv.writer(
+        out, lineterminator="\n", quoting=csv.QUOTE_ALL if broken else csv.QUOTE_MINIMAL
+    )
     rows.writerow(("label", "x", "y", "z"))
     places = zip(landmarks.labels, landmarks.positions.tolist(), strict=True)
     for (label, place), there in zip(places, landmarks.present, strict=True):

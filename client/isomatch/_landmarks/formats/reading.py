@@ -1,6 +1,7 @@
 """Parts that readers of landmark files share: numbers, coordinate systems, errors with the line."""
 
 import csv
+import io
 import math
 from collections.abc import Sequence
 from typing import Final, Literal, TypeAlias
@@ -94,6 +95,14 @@ def is_missing(text: str) -> bool:
     return text.strip().lower() in _MISSING
 
 
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text, whichever system wrote it.
+
+    `str.splitlines` also ends them at separators of Unicode, which names and remarks may have.
+    """
+    return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
 def table(text: str) -> list[tuple[int, list[str]]]:
     """Return the rows of a table that is delimited by commas, semicolons or tab stops.
 
@@ -112,7 +121,7 @@ def table(text: str) -> list[tuple[int, list[str]]]:
     FormatError
         A quotation does not end.
     """
-    lines = text.splitlines(keepends=True)
+    lines = io.StringIO(text, newline="").readlines()
     first = next((line for line in lines if line.strip()), "")
     delimiter = next((mark for mark in ";\t" if first.count(mark) >= 2), ",")
     reader = csv.reader(lines, delimiter=delimiter, strict=True)

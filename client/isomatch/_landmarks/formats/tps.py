@@ -10,6 +10,7 @@ from typing import Final
 
 from isomatch._landmarks.formats.reading import (
     FormatError,
+    lines_of,
     number,
     one_line,
     position,
@@ -53,7 +54,7 @@ def read(text: str) -> tuple[LandmarkSet, ...]:
     FormatError
         It is no such file, or its landmarks have two coordinates; with the line.
     """
-    lines = text.splitlines()
+    lines = lines_of(text)
     found: list[_Specimen] = []
     place = 0
     while place < len(lines):

@@ -187,3 +187,23 @@ def test_tables_of_points(tmp_path: Path) -> None:
         np.testing.assert_array_equal(found.positions, decimals)
     (numbered,) = read(tmp_path, "a.csv", "1,2,3\n4,5,6\n")
     assert numbered.labels == ("1", "2")
+
+
+@pytest.mark.parametrize("separator", ["\x0b", "\x0c", "\x1e", "\x85", "\u2028", "\r", "\n"])
+def test_separators_within_labels_end_no_row_of_a_table(separator: str) -> None:
+    label = f"tip{separator}left"
+    (found,) = returned("a.csv", LandmarkSet.of([(label, (1.0, 2.0, 3.0)), ("b", None)]))
+    assert found.labels == (label, "b")
+
+
+@pytest.mark.parametrize("separator", ["\x0b", "\x0c", "\x1e", "\x85", "\u2028"])
+def test_separators_within_names_and_remarks_end_no_line(tmp_path: Path, separator: str) -> None:
+    """Word processors write them, and str.splitlines ends lines there."""
+    remark = tmp_path / "a.fcsv"
+    remark.write_text(f"1,1,2,3,0,0,0,1,1,1,0,a,left{separator}side,\n", encoding="utf-8")
+    (found,) = read_landmarks(remark, "RAS")
+    assert found.descriptions == (f"left{separator}side",)
+    name = tmp_path / "a.tps"
+    name.write_text(f"LM3=1\n1 2 3\nID=skull{separator}7\n", encoding="utf-8")
+    (found,) = read_landmarks(name)
+    assert found.name == f"skull{separator}7"
