@@ -55,7 +55,8 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     if not data:
         raise MeshError("the file is empty")
     try:
-        contents = READERS[kind](data)
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers may be any; they are checked
+            contents = READERS[kind](data)
     except MemoryError:
         raise MeshError("the file is too large to be read in the memory there is") from None
     return _checked(contents)

@@ -105,7 +105,9 @@ def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
     """Return the JSON of a GLB file, and its binary chunk."""
     if len(data) < 20 or data[:4] != b"glTF":
         raise MeshError("not a GLB file: it does not begin with glTF")
-    length, json_length, kind = struct.unpack_from("<8xII4s", data)
+    version, length, json_length, kind = struct.unpack_from("<4xIII4s", data)
+    if version != 2:
+        raise MeshError(f"GLB of version {version} is not supported; save it as glTF 2.0")
     if max(length, 20 + json_length) > len(data):
         promised = max(length, 20 + json_length)
         raise MeshError(

@@ -116,6 +116,10 @@ class GltfData:
                 found = self.resource(known["uri"])
             else:
                 found = self.binary if index == 0 else None
+            if found is None and "extensions" in known:  # a fallback of compressed data
+                raise MeshError(
+                    "sparse or compressed glTF data is not supported; save it uncompressed"
+                )
             if found is None:
                 name = str(known.get("uri", "a binary chunk"))[:100]
                 raise MeshError(

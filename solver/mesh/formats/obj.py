@@ -27,6 +27,9 @@ from solver.mesh.textures import ImageBudget, Material, Paint, Texture, painted_
 
 _OTHER_INDICES = re.compile(r"/\S*")
 
+_NO_VERTEX = re.compile(r"(?<!\S)/")
+"""The beginning of a corner that names no vertex."""
+
 _CONTINUED = re.compile(r"(#.*|^[ \t]*(?:g|o|usemtl)[ \t].*)|\\\n", re.MULTILINE)
 """A backslash before a line break, or what keeps one that ends it: comments and names, which may be
 paths of Windows."""
@@ -136,6 +139,10 @@ def _contents(data: bytes) -> tuple[TriangleSoup, _Lines, IntArray, IntArray]:
     if not lines.positions:
         raise MeshError("not an OBJ file, or one without vertices: it has no line beginning with v")
     vertices, colors = _vertices(lines.positions)
+    if _NO_VERTEX.search("\n".join(lines.faces)):
+        raise MeshError(
+            "a corner of a face of the OBJ file has no vertex before its slash; the file is damaged"
+        )
     words = [_OTHER_INDICES.sub("", face).split() for face in lines.faces]
     sizes = np.array([len(corners) for corners in words], dtype=np.int64)
     before = np.array([v for v, _ in lines.known], dtype=np.int64)

@@ -4,6 +4,7 @@ The header declares *elements* (``vertex``, ``face``, ...) of so many rows, and 
 row in order: a number, or a list preceded by its length.
 """
 
+import codecs
 import re
 from dataclasses import dataclass, replace
 
@@ -170,6 +171,7 @@ def _properties(header: _Header) -> dict[str, dict[str, Property]]:
 
 
 def _read(data: bytes) -> tuple[_Header, dict[str, Columns], tuple[str, ...]]:
+    data = data.removeprefix(codecs.BOM_UTF8)  # text editors write it
     header = _parse_header(data)
     body = data[header.size :]
     notes: tuple[str, ...] = ()
@@ -177,8 +179,10 @@ def _read(data: bytes) -> tuple[_Header, dict[str, Columns], tuple[str, ...]]:
         columns = binary_columns(header.elements, body, header.byte_order)
     else:
         text = decode(body)
-        columns = text_columns(header.elements, text)
+        columns, ignored = text_columns(header.elements, text)
         notes = last_line_note(text)
+        if ignored:
+            notes += ("lines after the last row of the PLY file were ignored",)
     if "vertex" not in columns:
         raise MeshError("the PLY file has no vertices")
     return header, columns, notes
@@ -198,14 +202,7 @@ def _note_of_texture(header: _Header) -> tuple[str, ...]:
 
 
 def _parse_header(data: bytes) -> _Header:
-    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" "):
-        raise MeshError("not a PLY file: it does not begin with the word ply")
-    # A comment may have the word, too.
-    last = _END.search(data, 0, _LONGEST_HEADER)
-    end = last.start() + 1 if last else 0
-    line_break = data.find(b"\n", end, end + 16)
-    if last is None or line_break < 0:
-        raise MeshError("the PLY header does not end; the file is cut off or damaged")
+    end, size = _header_end(data)
     byte_order: str | None = None
     elements: dict[str, Element] = {}
     element: Element | None = None
@@ -217,6 +214,8 @@ def _parse_header(data: bytes) -> _Header:
             after = "" if element is None else element.name
             comments.setdefault(after, []).append(line.partition(" ")[2])
             continue
+        if words[0] == "format" and byte_order is not None:
+            raise MeshError("the PLY header says its format twice")
         if words[0] == "format" and len(words) == 3 and words[1] in _FORMATS:
             byte_order = _FORMATS[words[1]]
         elif words[0] == "element" and len(words) == 3 and _COUNT.fullmatch(words[2]):
@@ -237,7 +236,21 @@ def _parse_header(data: bytes) -> _Header:
             raise MeshError(f"a line of the PLY header cannot be read: {line[:80]!r}")
     if byte_order is None:
         raise MeshError("the PLY header does not say its format")
-    return _Header(byte_order, tuple(elements.values()), comments, line_break + 1)
+    return _Header(byte_order, tuple(elements.values()), comments, size)
+
+
+def _header_end(data: bytes) -> tuple[int, int]:
+    """Return where the last line of the header begins, and where it ends."""
+    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" "):
+        raise MeshError("not a PLY file: it does not begin with the word ply")
+    # A comment may have the word, too.
+    last = _END.search(data, 0, _LONGEST_HEADER)
+    end = last.start() + 1 if last else 0
+    old = data[3:4] == b"\r" and data[4:5] != b"\n"  # lines end as on early Macintosh computers
+    line_break = data.find(b"\r" if old else b"\n", end, end + 16)
+    if last is None or line_break < 0:
+        raise MeshError("the PLY header does not end; the file is cut off or damaged")
+    return end, line_break + 1
 
 
 def _property(words: list[str]) -> Property:

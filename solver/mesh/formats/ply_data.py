@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -112,7 +111,7 @@ def _binary_rows(
     return columns, end
 
 
-def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
+def text_columns(elements: Sequence[Element], text: str) -> tuple[dict[str, Columns], int]:
     """Read the text rows that follow the header, one line each.
 
     Parameters
@@ -121,6 +120,10 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
         Elements that the header declares.
     text
         Text after the header.
+
+    Returns
+    -------
+    The columns by element, and the number of lines after the last row.
 
     Raises
     ------
@@ -142,7 +145,7 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
                 "the file is cut off or damaged"
             ) from error
         position = end
-    return columns
+    return columns, len(lines) - position
 
 
 def _text_rows(element: Element, rows: Sequence[str]) -> Columns:
@@ -150,17 +153,21 @@ def _text_rows(element: Element, rows: Sequence[str]) -> Columns:
     words: dict[str, list[str]] = {name: [] for name in element.properties}
     check_digits("\n".join(rows))
     for row in rows:
-        rest = iter(row.split())
+        written, place = row.split(), 0
         for name, prop in element.properties.items():
-            size = 1 if prop.length is None else int(next(rest, ""))
+            size = 1
+            if prop.length is not None:
+                size = int(written[place]) if place < len(written) else 0
+                place += 1
+            if not 0 <= size <= len(written) - place:
+                raise ValueError(f"{name[:80]} has not as many values as it promises")
             sizes[name].append(size)
-            words[name].extend(islice(rest, size))
-        if next(rest, None) is not None:
+            words[name] += written[place : place + size]
+            place += size
+        if place < len(written):
             raise ValueError("it is longer than the header declares")
     columns: Columns = {}
     for name, prop in element.properties.items():
-        if len(words[name]) != sum(sizes[name]):
-            raise ValueError(f"{name} is shorter than promised")
         if prop.length is None:
             columns[name] = np.array(words[name], dtype=np.float64)
         else:

@@ -1,11 +1,19 @@
 """Tables of numbers in text files, read strictly."""
 
+import re
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
+
+_NO_NUMBER: Final = re.compile(
+    r"(?:(invalid literal for int)\(\) with base 10|could not convert string to float): '(.*)'",
+    re.DOTALL,
+)
+"""What Python says of a word that is no number."""
 
 
 def decode(data: bytes) -> str:
@@ -136,4 +144,10 @@ def plain_reason(error: Exception) -> str:
     """Return why a line of numbers cannot be read, without the terms of NumPy."""
     if isinstance(error, OverflowError):
         return "a number in it is too large"
-    return str(error).partition(";")[0].rstrip(".")
+    said = str(error)
+    if said.startswith("Exceeds the limit"):
+        return "a number in it has too many digits"
+    no_number = _NO_NUMBER.match(said)
+    if no_number:
+        return f"{no_number[2][:40]!r} is no {'whole ' if no_number[1] else ''}number"
+    return said.partition(";")[0].rstrip(".")

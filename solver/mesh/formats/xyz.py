@@ -231,7 +231,8 @@ def _three_columns(extra: FloatArray, order: str, what: str) -> FloatArray:
 
 
 def _are_normals(table: FloatArray) -> bool:
-    return bool((np.abs(np.linalg.norm(table, axis=1) - 1.0) <= _UNIT).all())
+    with np.errstate(over="ignore"):
+        return bool((np.abs(np.linalg.norm(table, axis=1) - 1.0) <= _UNIT).all())
 
 
 def _are_colors(table: FloatArray) -> bool:

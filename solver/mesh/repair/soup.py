@@ -15,6 +15,9 @@ _LARGEST = 1e64
 """Largest extent, and the inverse of the least: the fourth power of a length stays well within
 double precision (1e±308)."""
 
+_FARTHEST = 1e300
+"""Largest coordinate: sums of all stay within double precision."""
+
 
 @dataclass(frozen=True, eq=False)
 class TriangleSoup:
@@ -178,7 +181,8 @@ def check_coordinates(vertices: FloatArray, corners: IntArray) -> None:
     extent = float((0.5 * high - 0.5 * low).max())
     if extent == 0.0:
         raise MeshError("the mesh has no extent: all its vertices coincide")
-    if not 1.0 / _LARGEST < extent < _LARGEST:
+    farthest = max(float(np.abs(low).max()), float(np.abs(high).max()))
+    if not 1.0 / _LARGEST < extent < _LARGEST or farthest > _FARTHEST:
         raise MeshError(
             "the coordinates are too large or too small for an area to be computed; "
             f"scale them to between {1.0 / _LARGEST:g} and {_LARGEST:g}"

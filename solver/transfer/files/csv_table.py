@@ -161,14 +161,16 @@ def column_of(name: str, cells: Sequence[str]) -> Column:
     infinite = [_INFINITE.fullmatch(word) is not None for word in words]
     numeric = [one or other for one, other in zip(number, infinite, strict=True)]
     if all(known or not given for known, given in zip(numeric, there, strict=True)):
-        if any(infinite):
-            row = infinite.index(True)
+        values = np.array(
+            [float(word) if given else np.nan for word, given in zip(words, there, strict=True)]
+        )
+        if np.isinf(values).any():
+            row = int(np.argmax(np.isinf(values)))
             raise TransferError(
                 f"{name[:40]!r} has infinite numbers, which cannot be carried: row {row} is"
                 f" {cells[row][:40]!r}"
             )
-        values = zip(words, there, strict=True)
-        return np.array([float(word) if given else np.nan for word, given in values])
+        return values
     if any(number):
         # Of a column of numbers, the first text; of a column of text, the first number.
         numbers, texts = sum(numeric), sum(there) - sum(numeric)

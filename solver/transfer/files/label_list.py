@@ -1,5 +1,6 @@
 """Lists of labels as text (.seg, .txt): one label a line, as segmentation benchmarks have them."""
 
+import io
 from typing import Final
 
 from solver.errors import TransferError
@@ -21,9 +22,11 @@ def read_label_list(data: bytes) -> list[Attribute]:
         It is not UTF-8 text, is empty, or has both numbers and text.
     """
     try:
-        lines = data.decode("utf-8-sig").rstrip().splitlines()
+        text = data.decode("utf-8-sig").rstrip()
     except UnicodeDecodeError:
         raise TransferError("the list of labels is not text in UTF-8") from None
+    # Not those of Unicode alone, which labels may have.
+    lines = io.StringIO(text, newline=None).read().split("\n") if text else []
     if not lines:
         raise TransferError("the list of labels is empty; write one label a line")
     check_size(1, len(lines))

@@ -1,6 +1,8 @@
 """NumPy archives of attributes (.npz): an array for each, read without pickle."""
 
 import io
+import math
+import sys
 import zipfile
 from collections.abc import Sequence
 from typing import Any, BinaryIO, Final
@@ -122,9 +124,10 @@ def _arrays(data: bytes) -> dict[str, npt.NDArray[Any]]:
                 raise TransferError(f"the archive has more than {MOST_COLUMNS} arrays")
             if sum(entry.file_size for entry in entries) > _MOST_BYTES:
                 raise TransferError("the archive is too large when unpacked")
-            for entry in entries:
-                _check_header(archive.zip, entry)
-            return {name: archive[name] for name in archive.files}
+            # As many again may say which joints weights are of.
+            if sum(_checked_count(archive.zip, entry) for entry in entries) > 2 * MOST_VALUES:
+                raise TransferError(f"the archive has more than {2 * MOST_VALUES} values")
+            return {name: _checked_characters(name, archive[name]) for name in archive.files}
     except (TransferError, MemoryError):
         raise
     except Exception as error:  # readers of damaged archives raise anything
@@ -134,17 +137,40 @@ def _arrays(data: bytes) -> dict[str, npt.NDArray[Any]]:
         raise TransferError(f"the archive of arrays (.npz) cannot be read: {reason}") from error
 
 
-def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
-    """Refuse an array whose header promises more than its member holds, before it is allocated."""
+def _checked_characters(name: str, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return an array; one of text whose codes are no characters is refused."""
+    kind = array.dtype
+    if kind.kind == "U" and kind.itemsize and array.size:
+        codes = np.ascontiguousarray(array).view(np.dtype(np.uint32).newbyteorder(kind.byteorder))
+        if codes.max() > sys.maxunicode:
+            raise TransferError(f"{name[:40]!r} has text with codes that are no characters")
+    return array
+
+
+def _checked_count(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
+    """Return the number of values of an array, before it is allocated.
+
+    Raises
+    ------
+    TransferError
+        Its header promises more than its member holds, or is damaged.
+    """
     with archive.open(entry) as member:
-        shape, kind = _header(member)
+        try:
+            shape, kind = _header(member)
+        except (ValueError, TypeError, SyntaxError, RecursionError) as error:
+            raise TransferError(f"the header of {entry.filename[:100]!r} is damaged") from error
     if kind.hasobject:
         raise TransferError(f"{entry.filename[:100]!r} has Python objects; {_PLAIN}")
     size = kind.itemsize
     for length in shape:
         size *= length
-    if size > entry.file_size or (kind.itemsize == 0 and np.prod(shape) > MOST_VALUES):
+    count = math.prod(shape)
+    if size > entry.file_size or (kind.itemsize == 0 and count > MOST_VALUES) or count < 0:
         raise TransferError(f"{entry.filename[:100]!r} promises more values than it has")
+    if kind.kind == "S" and 4 * size > _MOST_BYTES:  # as text it has four bytes a character
+        raise TransferError(f"the text of {entry.filename[:100]!r} is too long")
+    return count
 
 
 def _header(member: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:

@@ -246,3 +246,21 @@ def test_what_is_wrong_with_the_json_is_told(
     change(tree)
     with pytest.raises(MeshError, match=f"damaged or cut off: .*{reason}"):
         read_mesh(mesh_files.glb_of(tree, buffer), "glb")
+
+
+@pytest.mark.parametrize("version", [0, 1, 3])
+def test_glb_of_another_version_is_refused(version: int) -> None:
+    data = bytearray(mesh_files.glb(SQUARE, np.array(TWO)))
+    data[4:8] = struct.pack("<I", version)
+    with pytest.raises(MeshError, match=f"GLB of version {version} is not supported"):
+        read_mesh(bytes(data), "glb")
+
+
+def test_a_fallback_without_data_is_told_as_compression() -> None:
+    """Extensions that are not required have buffers that programs without them would read."""
+    tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
+    meshopt = {"EXT_meshopt_compression": {"fallback": True}}
+    tree["buffers"].append({"byteLength": 48, "extensions": meshopt})
+    tree["bufferViews"][0] = {"buffer": 1, "byteLength": 48}
+    with pytest.raises(MeshError, match="compressed glTF data is not supported"):
+        read_mesh(mesh_files.glb_of(tree, buffer), "glb")

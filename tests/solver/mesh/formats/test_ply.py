@@ -1,5 +1,8 @@
 """PLY: text and binary, its polygons and colours, and headers that lie."""
 
+import codecs
+import time
+
 import numpy as np
 import pytest
 
@@ -191,3 +194,44 @@ def test_a_warning_says_that_textures_are_not_read(
     warnings = read_mesh("\n".join(lines).encode(), "ply").warnings
     expected = [] if said is None else [f"the file refers to {said}: textures of PLY files are not"]
     assert [one[: one.find(" read;")] for one in warnings if "PLY" in one] == expected
+
+
+def test_short_rows_of_many_properties_are_refused_at_the_first() -> None:
+    """Each was filled property by property: half a megabyte took minutes and gigabytes."""
+    lines = "".join(f"property float p{n}\n" for n in range(1000)).encode()
+    data = mesh_files.ply(SQUARE, TWO, "ascii").replace(b"element face", lines + b"element face")
+    data = data.replace(b"element vertex 4", b"element vertex 300000") + 300_000 * b"1\n"
+    start = time.thread_time()
+    with pytest.raises(MeshError, match="p0 has not as many values as it promises"):
+        read_mesh(data, "ply")
+    assert time.thread_time() - start < 5.0
+
+
+@pytest.mark.parametrize("size", ["-3", "9" * 30, str(2**31)])
+def test_lengths_of_lists_in_text_that_cannot_be(size: str) -> None:
+    data = mesh_files.ply(SQUARE, TWO, "ascii").replace(b"3 0 2 3\n", size.encode() + b" 0 2 3\n")
+    with pytest.raises(MeshError, match="vertex_indices has not as many values as it promises"):
+        read_mesh(data, "ply")
+
+
+@pytest.mark.parametrize("line_break", [b"\n", b"\r\n", b"\r"])
+@pytest.mark.parametrize("start", [b"", codecs.BOM_UTF8])
+def test_text_ply_of_other_systems(line_break: bytes, start: bytes) -> None:
+    data = start + mesh_files.ply(SQUARE, TWO, "ascii").replace(b"\n", line_break)
+    mesh = read_mesh(data, "ply")
+    np.testing.assert_array_equal(mesh.vertices, SQUARE)
+    assert mesh.faces.tolist() == TWO
+    assert not mesh.warnings
+
+
+def test_text_ply_with_more_lines_than_promised_is_told() -> None:
+    mesh = read_mesh(mesh_files.ply(SQUARE, TWO, "ascii") + b"3 0 1 3\n", "ply")
+    assert mesh.faces.tolist() == TWO
+    assert mesh.warnings == ("lines after the last row of the PLY file were ignored",)
+
+
+def test_ply_headers_with_two_formats_are_refused() -> None:
+    data = mesh_files.ply(SQUARE, TWO, "ascii")
+    twice = data.replace(b"ply\n", b"ply\nformat binary_big_endian 1.0\n", 1)
+    with pytest.raises(MeshError, match="says its format twice"):
+        read_mesh(twice, "ply")

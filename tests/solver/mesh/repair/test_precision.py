@@ -1,6 +1,7 @@
 """Coordinates of shapes that lie far from the origin: which are coarse, and which are exact."""
 
 import io
+import struct
 from typing import Any
 
 import laspy
@@ -93,3 +94,14 @@ def test_shapes_that_were_rounded_to_such_a_grid_are_refused(extents: int) -> No
 def test_an_offset_that_double_precision_cannot_hold_is_refused() -> None:
     with pytest.raises(MeshError, match="its details are lost"):
         read_mesh(las(1e-3 * POINTS + 1e13, 1e-3, offset=1e13), "las")
+
+
+def test_coordinates_whose_sum_is_infinite_are_refused() -> None:
+    points = shapes.icosphere(2).vertices + np.array([1e308, 0.0, 0.0])
+    rows = "".join(f"{x!r} {y!r} {z!r}\n" for x, y, z in points.tolist())
+    with pytest.raises(MeshError, match="too large or too small"):
+        read_mesh(rows.encode(), "xyz")
+    data = bytearray(las(POINTS, 1.0))
+    data[155:163] = struct.pack("<d", 1e308)  # offset of x
+    with pytest.raises(MeshError, match="too large or too small"):
+        read_mesh(bytes(data), "las")

@@ -60,6 +60,14 @@ def vast(shape: tuple[int, ...], descr: str = "<f8") -> bytes:
     return stream.getvalue()
 
 
+def header(text: bytes) -> bytes:
+    """An archive of an array with this header, and without values."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as packed:
+        packed.writestr("a.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text)
+    return stream.getvalue()
+
+
 def changed_glb(change: Callable[[dict[str, Any]], None]) -> bytes:
     data = write_attributes(GOOD, "glb", WrittenSurface.of(MESH, GOOD))
     (length,) = struct.unpack_from("<I", data, 12)
@@ -94,6 +102,21 @@ HOSTILE: dict[str, tuple[str, bytes, str]] = {
     "vast": ("npz", vast((2**45,)), "promises more values"),
     "vast, overflowing": ("npz", vast((2**62, 2**62)), "promises more values"),
     "vast, of nothing": ("npz", vast((2**40,), "|S0"), "promises more values"),
+    "too many values": (
+        "npz",
+        archive(a=np.zeros(2**26 + 1, np.uint8)),
+        "more than 67108864 values",
+    ),
+    "codes that are no characters": (
+        "npz",
+        archive(a=np.full(3, 0xFFFFFFFF, np.uint32).view("<U1")),
+        "'a' has text with codes that are no characters",
+    ),
+    "a header that is none": (
+        "npz",
+        header(b"{'descr': '<f8', 'fortran_order': False, 'shape': (9**9,)}"),
+        "the header of 'a.npy' is damaged",
+    ),
     "cut off": ("npz", archive(a=np.zeros(9))[:-40], "cannot be read"),
     "bytes that are no text": (
         "npz",
@@ -134,6 +157,7 @@ HOSTILE: dict[str, tuple[str, bytes, str]] = {
     "bytes": ("csv", b"\xff\xfe\x00a\n1\n", "UTF-8"),
     "text in numbers": ("csv", b"a\n1.5\n2.x\n", "row 1 is '2.x'"),
     "numbers in text": ("csv", b"a\nhead\n7\n", "row 1 is '7'"),
+    "infinity in digits": ("csv", b"a\n1.5\n1e400\n", "infinite numbers.*row 1 is '1e400'"),
     "infinity": ("csv", b"a\n1.5\ninf\n", "row 1 is 'inf'"),
     "underscores": ("csv", b"a\n1.5\n1_0\n", "row 1 is '1_0'"),
     "gaps": ("csv", b"a,b\n ,1\n ,2\n", "'a' has no value in any row"),

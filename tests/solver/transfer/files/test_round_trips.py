@@ -605,6 +605,7 @@ def test_triangles_have_the_values_of_the_polygons_that_they_were_cut_from() -> 
         ("0.5\n1\n", [0.5, 1.0]),
         ("3\n\n2\nNaN\n", [3, -1, 2, -1]),
         ("head\n left arm \nhead", ["head", "left arm", "head"]),
+        ("a\x0cb\r\nc\u2028d\re", ["a\x0cb", "c\u2028d", "e"]),
     ],
 )
 def test_lists_of_labels(text: str, expected: list[Any]) -> None:
