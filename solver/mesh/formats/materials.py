@@ -1,6 +1,6 @@
 """Material libraries of Wavefront OBJ (MTL): diffuse colours and images."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -69,13 +69,15 @@ class ObjMaterial:
         return Texture(budget.decode(data, self.image[:100]), (wrap, wrap))
 
 
-def read_materials(data: bytes) -> dict[str, ObjMaterial]:
+def read_materials(data: bytes, used: Collection[str]) -> dict[str, ObjMaterial]:
     """Read a material library.
 
     Parameters
     ----------
     data
         Bytes of the file.
+    used
+        Names of the materials that are read: libraries may have very many others.
 
     Returns
     -------
@@ -95,7 +97,7 @@ def read_materials(data: bytes) -> dict[str, ObjMaterial]:
             said = written[rest.strip()] = {}
         elif said is not None and keyword.lower() in ("kd", "map_kd"):
             said[keyword.lower()] = rest.strip()
-    return {name: _material(said) for name, said in written.items()}
+    return {name: _material(said) for name, said in written.items() if name in used}
 
 
 def _material(said: Mapping[str, str]) -> ObjMaterial:

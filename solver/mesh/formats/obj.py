@@ -302,6 +302,7 @@ class _Painter:
         """Materials by the index that faces use, and notes."""
         known: dict[str, ObjMaterial] = {}
         seen: set[bytes] = set()  # a file may be named on every line
+        used = {*self.lines.materials}
         for library in dict.fromkeys(self.lines.libraries):
             files = [self.companions.find(name) for name in (library, *library.split())]
             found = files[:1] if files[0] is not None else files[1:]
@@ -313,7 +314,7 @@ class _Painter:
                     )
                 if data not in seen:
                     seen.add(data)
-                    known |= read_materials(data)
+                    known |= read_materials(data, used)
         missing = [name for name in self.lines.materials[1:] if name not in known]
         notes = (
             [f"the material {missing[0][:100]!r} is not defined; it was taken as white"]

@@ -215,6 +215,20 @@ def test_materials_and_names_of_images_are_read_in_linear_time() -> None:
     np.testing.assert_allclose(mesh.colors, 128 / 255)
 
 
+def test_materials_that_no_face_uses_are_not_parsed() -> None:
+    """A million of them took twenty seconds and a gigabyte."""
+    library = b"".join(b"newmtl m%d\nKd 1 0 0\n" % number for number in range(300_000))
+    files = {
+        "skin.obj": textured_obj(VERTICES, FACES, UV),
+        "skin.mtl": library + b"newmtl unused\nKd red\nnewmtl skin\nmap_Kd skin.png\n",
+        "skin.png": PIXEL,
+    }
+    with within(3.0):
+        mesh = read_mesh(zipped(files), "zip")
+    assert mesh.colors is not None
+    np.testing.assert_allclose(mesh.colors, 128 / 255)
+
+
 def test_an_image_of_endless_options_is_refused() -> None:
     library = b"newmtl skin\nmap_Kd " + 10_000 * b"-o 1 2 3 " + b"skin.png\n"
     files = {"skin.obj": textured_obj(VERTICES, FACES, UV), "skin.mtl": library}

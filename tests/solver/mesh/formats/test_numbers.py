@@ -70,9 +70,9 @@ def test_digits_that_only_python_takes_for_numbers_are_refused(where: str, word:
 @given(DISGUISED)
 def test_so_are_those_of_materials(word: str) -> None:
     with pytest.raises(MeshError, match="number of Kd"):
-        read_materials(f"newmtl skin\nKd {word} 0 0\n".encode())
+        read_materials(f"newmtl skin\nKd {word} 0 0\n".encode(), ["skin"])
     # It may be the name of a file.
-    (skin,) = read_materials(f"newmtl skin\nmap_Kd -s 2 3 {word}\n".encode()).values()
+    (skin,) = read_materials(f"newmtl skin\nmap_Kd -s 2 3 {word}\n".encode(), ["skin"]).values()
     assert skin.image == word
     assert skin.scale.tolist() == [2.0, 3.0]
 
