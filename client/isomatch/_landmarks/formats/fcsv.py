@@ -11,6 +11,7 @@ from typing import Final
 from isomatch._landmarks.formats.reading import (
     CoordinateSystem,
     FormatError,
+    check_named_once,
     coordinate_system,
     lines_of,
     one_line,
@@ -84,6 +85,7 @@ def _names(value: str, line: int) -> list[str]:
     names = [name.strip() for name in value.split(",")]
     if not {"x", "y", "z"} <= set(names):
         raise FormatError("there are no columns x, y, z", line)
+    check_named_once(names, ("x", "y", "z", "label"), line)
     return names
 
 

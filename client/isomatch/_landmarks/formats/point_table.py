@@ -10,7 +10,13 @@ import io
 from collections.abc import Mapping
 from typing import Final
 
-from isomatch._landmarks.formats.reading import CoordinateSystem, FormatError, position, table
+from isomatch._landmarks.formats.reading import (
+    CoordinateSystem,
+    FormatError,
+    check_named_once,
+    position,
+    table,
+)
 from isomatch._landmarks.landmark_set import LandmarkSet
 
 _AXES: Final[tuple[tuple[tuple[str, str, str], CoordinateSystem | None], ...]] = (
@@ -18,6 +24,7 @@ _AXES: Final[tuple[tuple[tuple[str, str, str], CoordinateSystem | None], ...]] =
     (("l", "p", "s"), "LPS"),
     (("r", "a", "s"), "RAS"),
 )
+_DIRECTIONS: Final = tuple(axis for axes, _ in _AXES for axis in axes)
 _LABELS: Final = ("label", "name", "landmark", "id")
 
 
@@ -48,7 +55,9 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
     width = len(rows[0][1])
     columns: Mapping[str, int] = {"label": 0, "x": 1, "y": 2, "z": 3}
     if names_axes(rows[0][1]):
-        columns = {name.lower(): place for place, name in enumerate(rows[0][1])}
+        names = [name.lower() for name in rows[0][1]]
+        check_named_once(names, (*_LABELS, *_DIRECTIONS), rows[0][0])
+        columns = {name: place for place, name in enumerate(names)}
         rows = rows[1:]
     elif len(rows[0][1]) == 3:
         columns = {"x": 0, "y": 1, "z": 2}

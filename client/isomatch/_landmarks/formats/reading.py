@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final, Literal, TypeAlias
 
 CoordinateSystem: TypeAlias = Literal["LPS", "RAS"]
@@ -101,6 +101,19 @@ def lines_of(text: str) -> list[str]:
     `str.splitlines` also ends them at separators of Unicode, which names and remarks may have.
     """
     return text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def check_named_once(names: Sequence[str], known: Collection[str], line: int) -> None:
+    """Refuse a row of names in which a known one recurs.
+
+    Raises
+    ------
+    FormatError
+        One does.
+    """
+    for name in known:
+        if names.count(name) > 1:
+            raise FormatError(f"the column {name!r} is named twice", line)
 
 
 def table(text: str) -> list[tuple[int, list[str]]]:

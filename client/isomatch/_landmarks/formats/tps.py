@@ -76,6 +76,8 @@ def read(text: str) -> tuple[LandmarkSet, ...]:
             raise FormatError(f"{key[:20]} comes before LM3=", line)
         elif key == "SCALE":
             found[-1].scale = number(value, line)
+            if found[-1].scale <= 0.0:
+                raise FormatError("the scale is not greater than 0", line)
         else:
             found[-1].names[key] = value.strip()
     return tuple(one.landmarks() for one in found)
