@@ -64,7 +64,7 @@ class Service:
         The wait also ends when the server stops or the client disconnects.
         """
         return await wait_until(
-            lambda: run_in_threadpool(self.store.jobs.get, job_id),
+            lambda: run_in_threadpool(self.queue.job, job_id),
             lambda record: record is None or record.state.ended,
             seconds,
             self.closing,

@@ -41,7 +41,7 @@ class BatchMatch(BaseModel):
     )
     job: str | None = Field(
         description="Id of the job of this match: its result, files and transfers are those of any"
-        " other match. Null until it is queued, which is when a worker will soon be free."
+        " other match. Null if the batch was cancelled before this match had its turn."
     )
     state: JobState = Field(description="State of the match.")
     fraction: float = Field(ge=0, le=1, description="Share of the match that is done.")

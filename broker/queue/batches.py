@@ -85,6 +85,20 @@ class Batches:
         known = zip(self._states(record), found, summaries, strict=True)
         return tuple(_match(record, place, *one) for place, one in enumerate(known))
 
+    def waiting_match(self, match: str) -> JobRecord | None:
+        """Return a match of an active batch that is not queued yet; None if there is none."""
+        found = self._waiting(match)
+        if found is None:
+            return None
+        # It is created when it is queued; until then it has the time of the batch.
+        return new_batch_match(*found).model_copy(update={"created": found[0].created})
+
+    def queue_waiting(self, match: str) -> None:
+        """Queue a match of an active batch before its turn, unless it is or was queued."""
+        found = self._waiting(match)
+        if found is not None:
+            self._queue(*found)
+
     def cancel(self, record: JobRecord) -> None:
         """Cancel the matches of a batch that is cancelled: no further ones will be queued."""
         for place, state in enumerate(self._states(record)):
@@ -97,6 +111,16 @@ class Batches:
     def _active(self, batch: str) -> JobRecord | None:
         record = self.store.jobs.get(batch)
         return None if record is None or record.state.ended else record
+
+    def _waiting(self, match: str) -> tuple[JobRecord, int] | None:
+        """Batch of a match that is not queued yet, and its place there."""
+        record = self._active(match.rpartition("-")[0])
+        if record is None or not isinstance(record.payload, BatchPayload):
+            return None
+        names = [batch_match_id(record.id, place) for place in range(len(record.payload.targets))]
+        if match not in names or self.store.jobs.expired(match):
+            return None
+        return record, names.index(match)
 
     def _states(self, record: JobRecord) -> list[JobState | None]:
         """State of each match; ``None`` before it is queued, and failed when it has expired."""
@@ -181,7 +205,7 @@ def _match(
     return BatchMatch(
         target=payload.targets[place],
         target_name=payload.target_names[place],
-        job=None if state is None else batch_match_id(batch.id, place),
+        job=None if state is None and batch.state.ended else batch_match_id(batch.id, place),
         state=shown,
         fraction=0.0 if record is None else record.progress.fraction,
         error=error,

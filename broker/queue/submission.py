@@ -221,8 +221,18 @@ class JobQueue:
         self.batches.advance(record.id)
         return record
 
+    def job(self, job_id: str) -> JobRecord | None:
+        """Return a job in its present state, or None if it does not exist (any more).
+
+        A match of a batch is a queued job before it is in a queue.
+        """
+        jobs = self.store.jobs
+        # What waited may have been queued meanwhile.
+        return jobs.get(job_id) or self.batches.waiting_match(job_id) or jobs.get(job_id)
+
     def cancel(self, job_id: str) -> None:
         """Cancel a job that has not ended, with all its parts and the spectra it alone needs."""
+        self.batches.queue_waiting(job_id)
         before = self.store.jobs.state(job_id)
         after = self.store.jobs.cancel(job_id)
         if before is JobState.QUEUED and after is JobState.CANCELLED:

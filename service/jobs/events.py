@@ -24,7 +24,7 @@ log = logger("isomatch.api")
 
 def present_job(service: Service, job_id: str) -> Job | None:
     """Return the present state of a job, or None if it does not exist or has expired."""
-    record = service.store.jobs.get(job_id)
+    record = service.queue.job(job_id)
     return None if record is None else Job.of(record, service.queue)
 
 

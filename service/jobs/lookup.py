@@ -35,7 +35,7 @@ def stored_job(service: Service, job_id: str) -> JobRecord:
     JobNotFound, JobExpired
         There is no such job, or none any more.
     """
-    record = service.store.jobs.get(job_id)
+    record = service.queue.job(job_id)
     if record is None:
         raise missing(service, job_id)
     return record

@@ -152,7 +152,8 @@ class Job(BaseModel):
     started: datetime | None
     ended: datetime | None
     position: int | None = Field(
-        description="Number of jobs ahead of it in the queue; null once it has begun."
+        description="Number of jobs ahead of it in the queue; null once it has begun, and of a"
+        " match of a batch until a worker will soon be free for it."
     )
     waiting_for: Literal["worker", "turn"] | None = Field(
         description="What a queued job waits for: `worker`, for there is none alive, or its `turn`;"
@@ -246,8 +247,9 @@ def _waiting_for(
         return None
     if not served:
         return "worker"
-    # A worker has taken it from the queue, and is about to begin.
-    return None if position is None else "turn"
+    # A job without a place was taken by a worker, which is about to begin; a match of a batch may
+    # have none yet.
+    return "turn" if position is not None or record.batch is not None else None
 
 
 def _parameters(record: JobRecord) -> dict[str, str | float | bool | None]:

@@ -279,7 +279,8 @@ class Client:
     ) -> Job[Batch]:
         """Start the matches of one source with many targets, as one job: a batch.
 
-        A match that fails does not end the batch. To cancel the batch cancels its matches.
+        A match that fails does not end the batch. To cancel the batch cancels its matches;
+        one of them is cancelled alone by its own job.
 
         Parameters
         ----------

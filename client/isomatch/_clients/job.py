@@ -257,7 +257,7 @@ class Job(RecordedJob, Generic[ResultT]):
     def ended_matches(self) -> Generator["Job[Match]"]:
         """Yield the job of each match of a batch as soon as it has ended, until all have.
 
-        Matches that are cancelled before they are queued have no job.
+        Matches that never had their turn because the batch was cancelled have no job.
 
         Raises
         ------

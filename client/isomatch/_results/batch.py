@@ -40,8 +40,9 @@ class BatchMatch(Answer):
     target, target_name
         Id of the target, and its name: that in the request, else the stored one, else None.
     job
-        Id of the job of this match; None until it is queued. ``client.job(match.job).result()``
-        is the :class:`isomatch.Match`.
+        Id of the job of this match; None if the batch was cancelled before its turn.
+        ``client.job(match.job).result()`` is the :class:`isomatch.Match`, and
+        ``client.job(match.job).cancel()`` cancels this match alone.
     state
         ``"queued"``, ``"running"``, ``"succeeded"``, ``"failed"`` or ``"cancelled"``.
     fraction

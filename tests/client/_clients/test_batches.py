@@ -52,6 +52,18 @@ def test_the_asynchronous_client_finds_the_same(url: str, pair: Pair) -> None:
     assert result.succeeded == 1
 
 
+def test_a_match_that_waits_is_cancelled_alone(client: isomatch.Client, pair: Pair) -> None:
+    # More matches than there are workers.
+    batch = client.match_many(pair[0], [pair[1]] * 6, **LASTING)
+    waiting = batch.matches().matches[-1].job
+    assert waiting is not None
+    assert client.job(waiting).cancel().wait().state == "cancelled"
+    states = [match.state for match in batch.matches().matches]
+    assert states[-1] == "cancelled"
+    assert "cancelled" not in states[:-1]
+    batch.cancel().wait()
+
+
 def test_a_cancelled_batch(client: isomatch.Client, pair: Pair) -> None:
     batch = client.match_many(pair[0], [pair[1]], **LASTING)
     assert batch.cancel().wait().state == "cancelled"

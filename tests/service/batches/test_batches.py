@@ -121,8 +121,8 @@ def test_matches_that_fail_are_named_and_the_others_go_on(
     deleted = upload(blob_file(4, seed=23))["id"]
     job = batch(http, {"source": source, "targets": [*lasting, deleted], **SLOW})
     # Both workers are busy, so that the third match is not queued when its shape is deleted.
-    running = awaited(http, job, lambda now: all(one.job for one in now.matches[:2]))
-    assert running.matches[2].job is None
+    running = awaited(http, job, lambda now: all(one.state == "running" for one in now.matches[:2]))
+    assert running.matches[2].state == JobState.QUEUED
     problem(http.get(job["links"]["result"]), 409, "result-not-ready")
     assert http.delete(f"/v1/shapes/{deleted}").status_code == 204
     for match in running.matches[:2]:
@@ -138,6 +138,39 @@ def test_matches_that_fail_are_named_and_the_others_go_on(
     assert result.succeeded == 0
 
 
+def test_a_match_that_waits_is_a_job_that_can_be_cancelled(
+    http: httpx2.Client, upload: Upload
+) -> None:
+    source = upload(blob_file(4))["id"]
+    targets = [upload(blob_file(4, seed=seed))["id"] for seed in (21, 22, 24, 25)]
+    job = batch(http, {"source": source, "targets": targets, **SLOW})
+    known = awaited(http, job, lambda now: all(one.state == "running" for one in now.matches[:2]))
+    names = [one.job for one in known.matches]
+    assert names == [f"{job['id']}-{number}" for number in (1, 2, 3, 4)]
+    waiting = http.get(f"/v1/jobs/{names[3]}").json()
+    found = [waiting[name] for name in ("state", "batch", "target", "position", "waiting_for")]
+    assert found == ["queued", job["id"], targets[3], None, "turn"]
+    assert http.get(f"/v1/jobs/{names[3]}", params={"wait": 0.5}).json() == waiting
+    problem(http.get(waiting["links"]["result"]), 409, "result-not-ready")
+    for unknown in ("0", "04", "5", "x", "1-1"):
+        problem(http.delete(f"/v1/jobs/{job['id']}-{unknown}"), 404, "job-not-found")
+    cancelled = http.delete(f"/v1/jobs/{names[3]}").json()
+    assert cancelled["state"] == JobState.CANCELLED
+    assert ended(http, cancelled) == cancelled
+    after = progress(http, job)
+    assert [one.state for one in after.matches] == ["running", "running", "queued", "cancelled"]
+    # The third has its turn, the fourth none.
+    http.delete(f"/v1/jobs/{names[0]}")
+    awaited(http, job, lambda now: now.matches[2].state == "running")
+    http.delete(f"/v1/jobs/{names[1]}")
+    awaited(http, job, lambda now: now.matches[1].state == "cancelled")
+    assert progress(http, job).state == JobState.RUNNING
+    http.delete(f"/v1/jobs/{names[2]}")
+    assert ended(http, job)["state"] == JobState.SUCCEEDED
+    result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
+    assert [one.state for one in result.matches] == ["cancelled"] * 4
+
+
 def test_a_cancelled_batch_ends_with_all_its_matches(
     http: httpx2.Client, api: Api, upload: Upload
 ) -> None:
@@ -150,6 +183,7 @@ def test_a_cancelled_batch_ends_with_all_its_matches(
     last = awaited(http, job, lambda now: now.ended == 3)
     assert {one.state for one in last.matches} == {JobState.CANCELLED}
     assert last.matches[2].job is None
+    problem(http.get(f"/v1/jobs/{job['id']}-3"), 404, "job-not-found")
     problem(http.get(job["links"]["result"]), 409, "job-without-result")
 
 
