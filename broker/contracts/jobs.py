@@ -326,8 +326,9 @@ class PicturePayload(_Payload):
         default=None, description="Which of its alternatives is drawn, 0 for none of them."
     )
     view: View = Field(default="front", description="From where its shapes are seen.")
-    format: Literal["png", "csv", "ply", "obj", "glb", "zip"] = Field(
-        default="png", description="Format of the file."
+    format: Literal["png", "csv", "ply", "obj", "glb", "zip", "npz"] = Field(
+        default="png",
+        description="Format of the file; npz for what a transfer carried, on its source.",
     )
     specimen: int | None = Field(
         default=None,

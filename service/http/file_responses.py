@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import BinaryIO
 
 from fastapi.responses import StreamingResponse
+from starlette.background import BackgroundTask
 
 from broker.store import pieces
 
@@ -12,7 +13,7 @@ from broker.store import pieces
 def file_response(
     file: BinaryIO, media_type: str, headers: Mapping[str, str] | None = None
 ) -> StreamingResponse:
-    """Return an answer with the rest of a file, which is closed when it is sent.
+    """Return an answer with the rest of a file, which is closed in the end.
 
     Parameters
     ----------
@@ -32,4 +33,6 @@ def file_response(
             yield from pieces(file)
 
     every = {"Content-Length": str(size), **(headers or {})}
-    return StreamingResponse(send(), media_type=media_type, headers=every)
+    # The client may leave before the first piece is asked for.
+    closing = BackgroundTask(file.close)
+    return StreamingResponse(send(), media_type=media_type, headers=every, background=closing)

@@ -2,6 +2,7 @@
 
 from service.jobs import endpoints, pictures, results
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, stored_job
+from service.jobs.pictures import NEEDED, Sender, presented
 from service.jobs.requests import (
     IdempotencyKey,
     JobOrder,
@@ -9,22 +10,28 @@ from service.jobs.requests import (
     answers,
     requested_job,
 )
+from service.jobs.results import BYTES, ERRORS
 from service.jobs.schemas import Job
 from service.jobs.webhooks import router as webhooks_router
 
 ROUTERS = (endpoints.router, results.router, pictures.router)
 
 __all__ = [
+    "BYTES",
+    "ERRORS",
+    "NEEDED",
     "ROUTERS",
     "IdempotencyKey",
     "Job",
     "JobId",
     "JobOrder",
     "JobRequest",
+    "Sender",
     "answers",
     "job_with_result",
     "json_answer",
     "packed_result",
+    "presented",
     "requested_job",
     "stored_job",
     "webhooks_router",

@@ -12,6 +12,8 @@ from starlette.concurrency import run_in_threadpool
 from broker.blobs import BlobLost
 from broker.contracts import (
     MOST_SPECIMENS,
+    TEXTURE,
+    UV,
     FieldProblem,
     JobKind,
     JobRecord,
@@ -19,6 +21,7 @@ from broker.contracts import (
     PicturePayload,
     RegistrationPayload,
     RequestOrigin,
+    TransferPayload,
     View,
     export_refusal,
     is_prototype,
@@ -52,7 +55,7 @@ from service.jobs.results import BYTES, ERRORS
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 log = logger("isomatch.api")
 
-_NEEDED: Final = responses(
+NEEDED: Final = responses(
     ResultExpired,
     ContentLost,
     JobExpired,
@@ -118,7 +121,7 @@ class Sender:
     responses={
         200: binary_file("The picture", _PICTURE, BYTES),
         **ERRORS,
-        **_NEEDED,
+        **NEEDED,
     },
     operation_id="get_picture",
 )
@@ -138,13 +141,13 @@ async def get_picture(
     """
     payload = PicturePayload(job=job_id, alternative=alternative, view=view)
     media_type, headers = BYTES if _only_bytes(accept) else _PICTURE, {"Vary": "Accept"}
-    return await _presented(sender, payload, media_type, headers)
+    return await presented(sender, payload, media_type, headers)
 
 
 @router.get(
     "/{job_id}/result.{format}",
     response_class=Response,
-    responses={200: binary_file("The file", *_MEDIA_TYPES.values()), **ERRORS, **_NEEDED},
+    responses={200: binary_file("The file", *_MEDIA_TYPES.values()), **ERRORS, **NEEDED},
     operation_id="get_export",
 )
 async def get_export(
@@ -162,13 +165,13 @@ async def get_export(
     """
     headers = attachment(await run_in_threadpool(result_stem, sender.service, job_id), format)
     payload = PicturePayload(job=job_id, format=format)
-    return await _presented(sender, payload, _MEDIA_TYPES[format], headers)
+    return await presented(sender, payload, _MEDIA_TYPES[format], headers)
 
 
 @router.get(
     "/{job_id}/registered.{format}",
     response_class=Response,
-    responses={200: binary_file("The file", *_SURFACE_TYPES.values(), BYTES), **ERRORS, **_NEEDED},
+    responses={200: binary_file("The file", *_SURFACE_TYPES.values(), BYTES), **ERRORS, **NEEDED},
     operation_id="get_registered_template",
 )
 async def get_registered_template(
@@ -190,17 +193,36 @@ async def get_registered_template(
     headers = {**attachment(stem, format), "Vary": "Accept"}
     media_type = BYTES if _only_bytes(accept) else _SURFACE_TYPES[format]
     payload = PicturePayload(job=job_id, format=format, specimen=specimen)
-    return await _presented(sender, payload, media_type, headers)
+    return await presented(sender, payload, media_type, headers)
 
 
 def _only_bytes(accept: str) -> bool:
     return accept.partition(";")[0].strip() == BYTES
 
 
-async def _presented(
+async def presented(
     sender: Sender, payload: PicturePayload, media_type: str, headers: dict[str, str]
 ) -> Response:
-    """Return the stored file, or have a worker make it."""
+    """Return the stored picture or file of a result, or have a worker make it.
+
+    Parameters
+    ----------
+    sender
+        The request.
+    payload
+        What is asked for.
+    media_type, headers
+        Of the answer.
+
+    Raises
+    ------
+    JobNotFound, JobExpired, JobWithoutResult, ResultNotReady, ResultExpired
+        There is no such result, or nothing of it to make.
+    PictureNotReady
+        It takes longer than a request waits.
+    Reported
+        The worker could not make it.
+    """
     service, request = sender.service, sender.request
     picture = await run_in_threadpool(_made, service, payload)
     if picture is None:
@@ -230,6 +252,10 @@ def _made(service: Service, payload: PicturePayload) -> BinaryIO | None:
 def _check(service: Service, payload: PicturePayload) -> None:
     """Refuse what cannot be made, before a worker is asked."""
     record = job_with_result(service, payload.job)
+    if payload.format == "npz":
+        _check_carried(record)
+        packed_result(service, payload.job)
+        return
     if record.kind is not JobKind.MATCH:
         _refuse_options_of_matches(payload)
     known = record.kind.exports if payload.format != "png" else ("png",) * record.kind.has_picture
@@ -248,6 +274,14 @@ def _check(service: Service, payload: PicturePayload) -> None:
         # A table of vertices names shapes, and shows none.
         if payload.format != "csv":
             _check_match(service, record.payload)
+
+
+def _check_carried(record: JobRecord) -> None:
+    """Refuse the source's values of what is no transfer of values or landmarks."""
+    if not isinstance(record.payload, TransferPayload):
+        raise JobWithoutResult(f"A job of kind {record.kind.value!r} carries no values.")
+    if record.payload.what in (TEXTURE, UV):
+        raise JobWithoutResult(f"The source's own file has its {record.payload.what}.")
 
 
 def _refuse_options_of_matches(payload: PicturePayload) -> None:

@@ -1,12 +1,34 @@
 """``/v1/transfers``."""
 
-from fastapi import APIRouter, Response
+from typing import Annotated
 
-from broker.contracts import JobRecord, RequestOrigin, TransferPayload
+from fastapi import APIRouter, Depends, Response
+
+from broker.contracts import JobRecord, PicturePayload, RequestOrigin, TransferPayload
 from broker.queue import new_job
 from service.dependencies import Service, ServiceOf
-from service.http import JobWithoutResult, ResultExpired, ResultNotReady, UnknownAttributes
-from service.jobs import Job, JobOrder, answers, requested_job
+from service.http import (
+    AttributesDeleted,
+    JobWithoutResult,
+    ResultExpired,
+    ResultNotReady,
+    UnknownAttributes,
+    attachment,
+    binary_file,
+    responses,
+)
+from service.jobs import (
+    BYTES,
+    ERRORS,
+    NEEDED,
+    Job,
+    JobId,
+    JobOrder,
+    Sender,
+    answers,
+    presented,
+    requested_job,
+)
 from service.transfers.requirements import (
     check_attributes,
     check_fields,
@@ -40,6 +62,27 @@ def create_transfer(
         return service.queue.submit(new_job(_payload(asked, service), order), order.idempotency)
 
     return requested_job(service, asked, order, response, submit)
+
+
+@router.get(
+    "/{job_id}/source.npz",
+    response_class=Response,
+    responses={
+        200: binary_file("The arrays"),
+        **ERRORS,
+        **NEEDED,
+        **responses(AttributesDeleted),
+    },
+    operation_id="get_source_arrays",
+)
+async def get_source_arrays(job_id: JobId, sender: Annotated[Sender, Depends()]) -> Response:
+    """Return what a transfer carried, as it is on the shape that it was carried from.
+
+    Names and columns are those of `result.npz`, and row i is vertex i, or face i, of the file of
+    that shape. Not of `texture` and `uv`, which the shape's own file has.
+    """
+    payload = PicturePayload(job=job_id, format="npz")
+    return await presented(sender, payload, BYTES, attachment(f"{job_id}-source", "npz"))
 
 
 def _payload(asked: TransferRequest, service: Service) -> TransferPayload:

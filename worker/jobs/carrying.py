@@ -120,6 +120,22 @@ def carried_by(request: TransferRequest) -> Carried:
     return _CARRIERS.get(request.payload.what, _carry_values)(request)
 
 
+def carried_from(
+    payload: TransferPayload, source: TriangleMesh, store: Store
+) -> tuple[Attribute, ...]:
+    """Return the attributes that a transfer carries, as they are on its source.
+
+    Raises
+    ------
+    ShapeGone, AttributesGone
+        The shape or the attribute file expired or was deleted.
+    OptionError, TransferError
+        There are no such attributes.
+    """
+    asked = transfer.selected(_attributes(payload, store), payload.what, payload.names)
+    return with_rows_known(asked, source, payload)
+
+
 def _carry_landmarks(request: TransferRequest) -> Carried:
     request.control.report("mapping the landmarks", 0.5)
     points = _images(request.payload.points, request.along(), request.target())
@@ -145,8 +161,7 @@ def _carry_values(request: TransferRequest) -> Carried:
     request.control.report("carrying the values", 0.5)
     payload, back = request.payload, request.back()
     source, target = request.source(), request.target()
-    asked = transfer.selected(_attributes(payload, request.store), payload.what, payload.names)
-    chosen = with_rows_known(asked, source, payload)
+    chosen = carried_from(payload, source, request.store)
     onto = payload.on or _shared([one.on for one in chosen])
     if onto == FACES and target.is_cloud:
         # As `on` is left out: the service refuses faces of a point cloud.

@@ -12,6 +12,7 @@ from broker.contracts import (
     MatchResult,
     PicturePayload,
     RegistrationResult,
+    TransferPayload,
     TransferResult,
 )
 from broker.store import Store
@@ -27,6 +28,7 @@ from worker.jobs.registered_files import (
     export_registered,
 )
 from worker.jobs.shape_names import shape_names
+from worker.jobs.transfers import source_arrays
 from worker.pictures import draw_match, draw_matrix, draw_prototype_match, hypothesis_of
 
 
@@ -56,7 +58,10 @@ def _matrix(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) 
     return present(matrix, names)
 
 
-def _transfer(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+def _transfer(packed: bytes, drawn: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+    if payload.format == "npz":
+        assert isinstance(drawn.payload, TransferPayload)
+        return source_arrays(drawn.payload, store)
     result = TransferResult.model_validate_json(gzip.decompress(packed))
     return export_transfer(result, payload.job, payload.format, store)
 

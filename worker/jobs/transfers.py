@@ -7,6 +7,7 @@ from typing import Final, Literal
 import numpy as np
 
 from broker.contracts import (
+    LANDMARKS,
     UV,
     AttributeElement,
     AttributesRecord,
@@ -17,13 +18,15 @@ from broker.contracts import (
     TransferPayload,
     TransferResult,
 )
+from broker.store import Store
 from solver.errors import OptionError
 from solver.transfer import FACES, VERTICES, Attribute
 from solver.transfer.files import read_attributes, write_npz
-from worker.jobs.carrying import TransferRequest, carried_by
+from worker.jobs.carrying import TransferRequest, carried_by, carried_from
 from worker.jobs.context import JobContext
 from worker.jobs.failures import ResultGone, UploadGone
 from worker.jobs.match_results import result_from_blob
+from worker.jobs.meshes import stored_mesh
 
 _ON: Final[dict[str, AttributeElement]] = {VERTICES: "vertices", FACES: "faces"}
 
@@ -107,6 +110,19 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
         .model_dump_json()
         .encode()
     )
+
+
+def source_arrays(payload: TransferPayload, store: Store) -> bytes:
+    """Return what a transfer carried, as it is on its source, in the form of its own arrays.
+
+    Raises
+    ------
+    ShapeGone, AttributesGone
+        The shape or the attribute file expired or was deleted.
+    """
+    if payload.what == LANDMARKS:
+        return write_arrays((), payload.points)
+    return write_arrays(carried_from(payload, stored_mesh(payload.source, store.shapes), store))
 
 
 def summary_of(attribute: Attribute) -> AttributeSummary:

@@ -18,36 +18,39 @@ export function drawable({ what, attributes }) {
 export const isPainted = (what) => what === "colors" || what === "texture";
 
 /**
- * Colour rows.
+ * Colour the rows of arrays that are drawn beside one another: by one scale, or with one colour of each label.
  * @param {string} what kind of the values
- * @param {Object} array `shape` and `data` of an attribute
- * @param {number|null} column of it; null for its only one, or for colours
- * @returns {Object} `colors`, one for each row; of labels `legend`, each with its color; of numbers `range`
+ * @param {Array<Object>} arrays `shape` and `data` of an attribute, on each shape
+ * @param {number|null} column of them; null for their only one, or for colours
+ * @returns {Object} `colors` of each array, one for each row; of labels `legend`, each with its color; of numbers `range`
  */
-export function carriedColors(what, { shape: [rows, width = 1], data }, column) {
-  const places = Array.from({ length: rows }, (_, row) => width * row);
-  if (isPainted(what)) {
-    return { colors: places.map((at) => (Number.isNaN(data[at]) ? NONE : [0, 1, 2].map((k) => 255 * Math.min(1, Math.max(0, data[at + k]))))) };
-  }
-  const values = places.map((at) => data[at + (column ?? 0)]);
+export function carriedColors(what, arrays, column) {
+  if (isPainted(what)) return { colors: arrays.map(ownColors) };
+  const values = arrays.map(({ shape: [rows, width = 1], data }) => Array.from({ length: rows }, (_, row) => data[width * row + (column ?? 0)]));
   return what === "labels" ? ofLabels(values) : ofNumbers(values);
 }
 
+const ownColors = ({ shape: [rows, width], data }) => Array.from({ length: rows }, (_, row) => (Number.isNaN(data[width * row]) ? NONE
+  : [0, 1, 2].map((k) => 255 * Math.min(1, Math.max(0, data[width * row + k])))));
+
 const isLabel = (value) => value !== "" && value !== -1 && !Number.isNaN(value);
 
-function ofLabels(values) {
-  const known = [...new Set(values.filter(isLabel))].sort((a, b) => (typeof a === "number" ? a - b : a < b ? -1 : 1));
-  const legend = known.map((label, i) => [String(label), distinct(i)]);
-  const color = new Map(known.map((label, i) => [label, legend[i][1]]));
-  return { colors: values.map((value) => color.get(value) ?? NONE), legend };
+function ofLabels(arrays) {
+  const known = [...new Set(arrays.flatMap((values) => values.filter(isLabel)))]
+    .sort((a, b) => (typeof a === "number" ? a - b : a < b ? -1 : 1));
+  const color = new Map(known.map((label, i) => [label, distinct(i)]));
+  return {
+    colors: arrays.map((values) => values.map((value) => color.get(value) ?? NONE)),
+    legend: known.map((label) => [String(label), color.get(label)]),
+  };
 }
 
-function ofNumbers(values) {
-  const range = values.reduce(([low, high], value) => (Number.isNaN(value) ? [low, high] : [Math.min(low, value), Math.max(high, value)]),
+function ofNumbers(arrays) {
+  const range = arrays.flat().reduce(([low, high], value) => (Number.isNaN(value) ? [low, high] : [Math.min(low, value), Math.max(high, value)]),
     [Infinity, -Infinity]);
   const [low, high] = range;
-  const colors = values.map((value) => (Number.isNaN(value) ? NONE : scaleColor(high > low ? (value - low) / (high - low) : 0.5)));
-  return { colors, range: low <= high ? range : null };
+  const colorOf = (value) => (Number.isNaN(value) ? NONE : scaleColor(high > low ? (value - low) / (high - low) : 0.5));
+  return { colors: arrays.map((values) => values.map(colorOf)), range: low <= high ? range : null };
 }
 
 /** Colour of a share of the scale, 0 to 1. */

@@ -435,24 +435,31 @@ def test_the_seen_point_is_the_first_of_the_line_of_sight(page: Page) -> None:
     assert call(page, "surface_point", body, [mesh, [beside]]) == [None]
 
 
-def test_carried_values_have_colours(page: Page) -> None:
+def test_carried_values_have_the_same_colours_on_both_shapes(page: Page) -> None:
     """Labels by a list, numbers by a scale; what has no value is grey."""
     body = "const { colors, legend, range } = m.carriedColors(...given);"
     body += "return { colors, legend, range };"
     grey = [200, 200, 200]
-    labels = {"shape": [4], "data": ["leg", "", "arm", "leg"]}
+    labels = [
+        {"shape": [3], "data": ["leg", "head", "leg"]},
+        {"shape": [4], "data": ["leg", "", "arm", "leg"]},
+    ]
     found = call(page, "carried_colors", body, ["labels", labels, None])
-    assert [label for label, _ in found["legend"]] == ["arm", "leg"]
-    assert found["colors"][1] == grey
-    assert found["colors"][0] == found["colors"][3] == found["legend"][1][1]
-    numbers = {"shape": [3, 2], "data": [9.0, 1.0, 9.0, 3.0, 9.0, 2.0]}
+    assert [label for label, _ in found["legend"]] == ["arm", "head", "leg"]
+    source, target = found["colors"]
+    assert target[1] == grey
+    assert source[0] == target[0] == target[3] == found["legend"][2][1]
+    numbers = [
+        {"shape": [1, 2], "data": [9.0, 5.0]},
+        {"shape": [3, 2], "data": [9.0, 1.0, 9.0, 3.0, 9.0, 2.0]},
+    ]
     found = call(page, "carried_colors", body, ["scalars", numbers, 1])
-    assert (found["range"], found["colors"][0], found["colors"][1]) == (
-        [1.0, 3.0], [68, 1, 84], [253, 231, 37],
-    )  # fmt: skip
-    painted = {"shape": [1, 3], "data": [1.0, 0.5, 0.0]}
+    source, target = found["colors"]
+    assert found["range"] == [1.0, 5.0]
+    assert (source, target[:2]) == ([[253, 231, 37]], [[68, 1, 84], [33, 145, 140]])
+    painted = [{"shape": [1, 3], "data": [1.0, 0.5, 0.0]}]
     assert call(page, "carried_colors", body, ["colors", painted, None])["colors"] == [
-        [255, 127.5, 0]
+        [[255, 127.5, 0]]
     ]
     shades = "return [...m.shadesOfFaces(given.colors, given)]"
     mesh = {"numbers": [0, 1, 2, 3], "faces": [0, 1, 2, 1, 3, 2], "colors": [[9, 9, 9], [3, 3, 3]]}

@@ -48,8 +48,10 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     # The labels are drawn, and named beside the shape.
     page.locator(".carried[data-drawn]").wait_for()
     expect(page.locator(".legend li")).to_have_text(["0", "1", "2", "3", "4"])
-    drawn = page.locator(".scene").evaluate("s => new Set(s.data[0].vertexcolor).size")
-    assert drawn > 5
+    for side in ("source", "target"):
+        scene = page.locator(f".scene[data-side={side}]")
+        assert scene.evaluate("s => new Set(s.data[0].vertexcolor).size") > 5
+    expect(page.get_by_text("look alike")).to_have_count(0)
     assert page.evaluate("document.documentElement.scrollWidth") <= SMALL["width"]
     named(page)
     expect(page.locator("[data-field=confidence] .badge")).to_contain_text("confidence")
@@ -120,3 +122,58 @@ def test_files_and_jobs_that_are_refused(page: Page, match: tuple[str, int]) -> 
     expect(page.get_by_role("alert")).to_contain_text("no texture")
     page.get_by_role("link", name="Back to the match").click()
     page.wait_for_url(f"**/#/jobs/{match[0]}")
+
+
+HUES = """(scene) => scene.data[0].vertexcolor.map((color) => {
+  const [r, g, b] = color.match(/[0-9]+/g).map(Number);
+  return [r, g, b].map((value) => value / Math.max(r, g, b));
+})"""
+"""Colours of the vertices without their brightness, which is that of the light."""
+
+
+def test_values_are_drawn_on_both_shapes_by_one_scale(
+    page: Page, api: Api, match: tuple[str, int]
+) -> None:
+    job, count = match
+    height = blob(2)[0][:, 2]
+    scenes = [page.locator(f".scene[data-side={side}]") for side in ("source", "target")]
+    with isomatch.Client(api.url) as client:
+        carried = client.transfer(job, {"height": height}, what="scalars")
+        carried.wait()
+        labelled = client.transfer(job, {"part": np.arange(count) % 20}, what="labels")
+        labelled.wait()
+        marked = client.transfer(job, what="landmarks", points=[3, 50])
+        marked.wait()
+    page.goto(f"/#/jobs/{carried.id}")
+    page.locator(".carried[data-drawn]").wait_for()
+    source, target = (np.array(scene.evaluate(HUES)) for scene in scenes)
+    assert len(source) == count
+    # The target is the same surface elsewhere: what is carried is nearly what was given.
+    assert np.median(np.abs(source - target).max(axis=1)) < 0.1
+    assert np.median(np.abs(source - target[::-1]).max(axis=1)) > 0.1
+    expect(page.locator(".ends span")).to_have_count(2)
+    page.goto(f"/#/jobs/{labelled.id}")
+    expect(page.get_by_text("Of 20 labels some have colours that look alike")).to_be_visible()
+    page.goto(f"/#/jobs/{marked.id}")
+    page.locator(".carried[data-drawn='2']").wait_for()
+    first, second = (scene.evaluate("s => s.data[1].marker.color") for scene in scenes)
+    assert first == second
+    assert len(first) == 2
+    at = scenes[0].evaluate("s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])")
+    assert np.isfinite(at).all()
+
+
+def test_what_was_given_and_is_no_longer_kept_is_said(
+    page: Page, api: Api, match: tuple[str, int]
+) -> None:
+    job, count = match
+    with isomatch.Client(api.url) as client:
+        file = client.upload_attributes({"gone": np.linspace(0.0, 1.0, count)})
+        carried = client.transfer(job, file, what="scalars")
+        carried.wait()
+        client.delete_attributes(file)
+    page.goto(f"/#/jobs/{carried.id}")
+    page.locator(".carried[data-drawn]").wait_for()
+    expect(page.locator(".scene")).to_have_count(1)
+    said = "The source is not drawn: what was given is no longer kept."
+    expect(page.get_by_text(said)).to_be_visible()

@@ -682,3 +682,40 @@ def test_contract_and_solver_agree_on_kinds_and_formats() -> None:
     schema = MatchResult.model_json_schema()
     assert "inverse" in schema["$defs"]["DenseCorrespondence"]["properties"]
     assert {*KINDS, "landmarks", "texture", "uv"} == set(get_args(TransferKind))
+
+
+def source_arrays(http: httpx2.Client, job: Json) -> httpx2.Response:
+    return http.get(f"/v1/transfers/{job['id']}/source.npz")
+
+
+def test_what_was_carried_is_known_on_the_source(http: httpx2.Client, match: str) -> None:
+    file = send(http, table(part=LABELS, height=MESH.vertices[:, 2], other=np.arange(COUNT)))
+    attributes = file.json()["id"]
+    job = carried(http, match, attributes=attributes, what="scalars", names=["height"])
+    answer = source_arrays(http, job)
+    assert answer.status_code == 200, answer.text
+    (height,) = read_attributes(answer.content, "npz")
+    assert height.name == "height"
+    np.testing.assert_allclose(height.values, MESH.vertices[:, 2], atol=1e-6)
+    # From the other shape's side, and of the shape's own file.
+    backwards = carried(http, match, what="colors", direction="source_to_target")
+    (colors,) = read_attributes(source_arrays(http, backwards).content, "npz")
+    np.testing.assert_allclose(colors.values, COLORS, atol=1e-6)
+    points = [17, {"vertices": MESH.faces[5].tolist(), "weights": [0.25, 0.5, 0.25]}]
+    marked = carried(http, match, what="landmarks", points=points)
+    with np.load(io.BytesIO(source_arrays(http, marked).content)) as arrays:
+        assert arrays["vertices"].tolist() == [[17, 17, 17], MESH.faces[5].tolist()]
+        assert arrays["weights"].tolist() == [[1, 0, 0], [0.25, 0.5, 0.25]]
+    assert http.delete(f"/v1/attributes/{attributes}").status_code == 204
+    assert source_arrays(http, job).content == answer.content
+    again = carried(
+        http, match, attributes=send(http, table(part=LABELS)).json()["id"], what="labels"
+    )
+    http.delete(f"/v1/attributes/{send(http, table(part=LABELS)).json()['id']}")
+    problem(source_arrays(http, again), 410, "attributes-deleted")
+
+
+def test_other_jobs_have_no_values_of_a_source(http: httpx2.Client, match: str) -> None:
+    refused = problem(source_arrays(http, {"id": match}), 409, "job-without-result")
+    assert refused["detail"] == "A job of kind 'match' carries no values."
+    problem(source_arrays(http, {"id": "none"}), 404, "job-not-found")
