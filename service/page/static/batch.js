@@ -37,7 +37,8 @@ export async function batchView(place, result, job, signal) {
   document.title = `${count(rows.length)} matches – isomatch`;
   fill(place,
     h("h2", {}, `${count(rows.length)} matches with ${result.source_name ?? (await namesOf([result.source], signal))[0]}`),
-    h("p", { class: "actions" }, linkButton(job.id), " ", download(path, "JSON", `${job.id}.json`)),
+    h("p", { class: "actions" }, linkButton(job.id), " ", download(path, "JSON", `${job.id}.json`), " ",
+      job.parameters.dense && h("a", { href: `#/landmarks/${job.id}`, class: "button" }, "Landmarks")),
     matchTable(rows, `${count(succeeded)} of ${count(rows.length)} matches have succeeded`));
 }
 

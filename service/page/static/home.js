@@ -73,8 +73,8 @@ export async function homeView(place, ids, signal, task = null) {
   fill(place,
     h("p", { class: "lead" },
       "Drop two meshes to match them: find the correspondence of minimum distortion, and a bound on how"
-      + " far it is from the optimum. Drop more to compare all pairs, to map all to one another, or to match one, or"
-      + " register it as a template, with all others."),
+      + " far it is from the optimum. Drop more to compare all pairs, to map all to one another, to match one with all"
+      + " others, to register it to them as a template, or to carry its landmarks to them."),
     uploads.node,
     h("p", { class: "actions" }, "Examples: ", exampleButtons(uploads.take)),
     told, selected, lists, bar);

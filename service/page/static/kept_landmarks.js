@@ -2,7 +2,18 @@
 
 const nameOf = (match) => `isomatch-landmarks-${match}`;
 
-export const keepLandmarks = (match, shown) => sessionStorage.setItem(nameOf(match), JSON.stringify(shown));
+/** Keep landmarks; false if the tab has no room for them. */
+export function keepLandmarks(match, shown) {
+  try {
+    sessionStorage.setItem(nameOf(match), JSON.stringify(shown));
+    return true;
+  } catch (error) {
+    if (error.name !== "QuotaExceededError") throw error;
+    return false;
+  }
+}
+
+export const dropLandmarks = (match) => sessionStorage.removeItem(nameOf(match));
 
 /** What was kept, or null. */
 export const keptLandmarks = (match) => JSON.parse(sessionStorage.getItem(nameOf(match)));

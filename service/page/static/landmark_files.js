@@ -49,8 +49,14 @@ export function writeLandmarks(format, name, landmarks, system) {
     : [["label", "x", "y", "z"], ...landmarks.map(({ label, position }) => [label, ...(position ?? ["", "", ""])])];
   const head = format === "fcsv"
     ? `# Markups fiducial file version = 4.13\n# CoordinateSystem = ${system}\n# columns = ${COLUMNS}\n` : "";
-  return head + rows.map((row) => `${row.map(quoted).join(",")}\n`).join("");
+  return head + writeTable(rows);
 }
+
+/** A table as CSV; null is an empty entry. */
+export const writeTable = (rows) => rows.map((row) => `${row.map((entry) => quoted(entry ?? "")).join(",")}\n`).join("");
+
+/** The name of a specimen: that of its file without the ending. */
+export const stemOf = (name) => name.replace(/\.[^.]*$/, "");
 
 function systemOf(given, line = null) {
   const found = SYSTEMS[String(given).trim().toUpperCase()];

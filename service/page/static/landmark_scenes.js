@@ -69,9 +69,9 @@ export class LandmarkScenes {
     await this.#draw();
   }
 
-  /** Unit vectors to the right and up, as the target is seen. */
+  /** Unit vectors to the right and up, as the target is seen, or will be when it is drawn. */
   get axes() {
-    return this.#scenes?.[TARGET].axes ?? [[1, 0, 0], [0, 1, 0]];
+    return this.#place.dataset.ready === undefined ? [[1, 0, 0], [0, 1, 0]] : this.#scenes[TARGET].axes;
   }
 
   #dragged(i, sight, released) {

@@ -1,37 +1,36 @@
 // Landmarks carried along a dense match: seen on both shapes, corrected by hand, and downloaded.
 
-import { Problem, get, post } from "./api.js";
+import { Problem, get } from "./api.js";
 import { Corrections } from "./corrections.js";
 import { button, fill, h } from "./dom.js";
 import { save } from "./download.js";
 import { drawnShape } from "./drawn_shape.js";
 import { resultOf } from "./events.js";
-import { choiceField } from "./fields.js";
 import { isOff, turnOff } from "./focus.js";
 import { several } from "./format.js";
 import { keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
-import { landmarkConfidences } from "./landmark_confidence.js";
-import { inFile, onSurface } from "./landmark_distance.js";
-import { FORMATS, readLandmarks, writeLandmarks } from "./landmark_files.js";
+import { carryLandmarks, landmarksOf, withMoves, writtenOf } from "./landmark_carrying.js";
+import { landmarkCollectionView } from "./landmark_collection.js";
+import { landmarkFileArea, systemField } from "./landmark_fields.js";
+import { FORMATS, readLandmarks, stemOf, writeLandmarks } from "./landmark_files.js";
 import { LandmarkScenes } from "./landmark_scenes.js";
 import { landmarkTable } from "./landmark_table.js";
 import { rotateAll } from "./match_scenes.js";
 import { problemBox } from "./problem.js";
 import { Selection } from "./selection.js";
 import { nearestPoint, normalAt, positionOf } from "./surface_point.js";
-import { fileArea } from "./uploads.js";
 
 const ENDS = ["source", "target"];
 const [SOURCE, TARGET] = [0, 1];
 /** Length of a step by an arrow key, in units of half the shape's size. */
 const STEP = 0.01;
-const SYSTEMS = [["LPS", "LPS, as 3D Slicer stores models"], ["RAS", "RAS"]];
 const KEYS = "Drag a landmark on the target, or choose it here and press an arrow key: it moves along the surface, with Shift in"
   + " finer steps. Landmarks are points of the mesh itself, even where the drawing is simplified. They are kept in this tab until it"
   + " is closed.";
 
 export async function landmarkView(place, [id], signal) {
   const match = await get(`/v1/jobs/${encodeURIComponent(id)}`, signal);
+  if (match.kind === "batch") return landmarkCollectionView(place, match, signal);
   const result = await resultOf(match, signal);
   if (!result.dense || result.source_kind !== "shape") {
     throw new Problem(0, { title: "No dense map", detail: "Landmarks are carried along the dense map of a match of two shapes; match again with it." });
@@ -50,14 +49,12 @@ export async function landmarkView(place, [id], signal) {
   const pictures = h("div");
   const selection = new Selection();
   const scenes = new LandmarkScenes(pictures, sides, selection, signal);
-  const system = choiceField("coordinates", "Coordinates of the meshes", SYSTEMS, 0,
-    "Positions in files of 3D Slicer name their coordinate system and are converted to that of the meshes.");
+  const system = systemField();
   let newest = null;
   const show = (shown) => {
-    const { file, end, given, points, remark, sure } = shown;
+    const { file, given, remark } = shown;
     fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file}.`), remark === null ? null : h("p", { class: "warnings" }, remark));
-    const landmarks = given.map((landmark, i) => landmarkOn(landmark, end, points[end][i], sure?.[i] ?? null));
-    return showLandmarks(list, landmarks, shown, { match: id, sides, selection, scenes });
+    return showLandmarks(list, shown, { match: id, sides, selection, scenes });
   };
   const take = (end) => async ([file]) => {
     if (file === undefined) return;
@@ -66,22 +63,16 @@ export async function landmarkView(place, [id], signal) {
     try {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates);
-      const { points: here, remark } = onSurface(given, sides[end]);
-      if (here.every((point) => point === null)) {
-        throw new Problem(0, { title: "No landmark to carry", detail: remark ?? "All landmarks of this file are missing." });
-      }
-      const there = await carried(match, end, here, sides, signal);
-      if (signal.aborted || newest !== file) return;
-      const points = end === SOURCE ? [here, there] : [there, here];
-      const sure = end === SOURCE ? landmarkConfidences(result, end, points, sides) : null;
-      await show({ file: file.name, end, coordinates, given, points, remark, sure, moves: [] });
+      const carried = await carryLandmarks({ id, result, sides }, { file: file.name, end, coordinates, given }, signal);
+      if (!signal.aborted && newest === file) await show(carried);
     } catch (error) {
       if (!signal.aborted && newest === file) fill(said, problemBox(error));
     }
   };
   fill(place,
     h("h2", {}, "Landmarks: ", shapeLink(shapes[SOURCE]), " to ", shapeLink(shapes[TARGET])),
-    h("p", {}, h("a", { href: `#/jobs/${id}` }, "Back to the match")),
+    h("p", { class: "actions" }, match.batch && h("a", { href: `#/landmarks/${match.batch}` }, "All specimens"),
+      h("a", { href: `#/jobs/${id}` }, "Back to the match")),
     h("div", { class: "columns" },
       landmarkFileArea("source", shapes[SOURCE], "They are carried to the target.", take(SOURCE)),
       landmarkFileArea("target", shapes[TARGET], "To correct them; files of isomatch landmarks have a confidence.", take(TARGET)),
@@ -97,38 +88,12 @@ export async function landmarkView(place, [id], signal) {
 
 const shapeLink = ({ id, name }) => h("a", { href: `#/shapes/${id}` }, name);
 
-const landmarkFileArea = (end, { name }, about, take) => fileArea(
-  { id: `landmarks-${end}`, accept: ".json,.fcsv,.csv" }, [h("strong", {}, `Choose landmarks of the ${end}`), `, ${name}`],
-  `MRK.JSON, FCSV or CSV. ${about}`, take);
-
-// What is known of a landmark of the target, from a file of the end `end`, its point there, and how sure it is if it was
-// carried; `lack` says why it has no point.
-function landmarkOn({ label, remark: description, position }, end, point, sure) {
-  const remarkThere = end === TARGET ? description : sure === null ? "" : `confidence ${sure.toFixed(2)}`;
-  return {
-    label, remark: remarkThere, lack: point !== null ? "" : position === null ? "missing" : "left out",
-    confidence: remarkThere.match(/^confidence (\d+(?:\.\d+)?)$/)?.[1] ?? null,
-  };
-}
-
-// The images of points on the other shape, by a transfer of the service.
-async function carried(match, end, points, sides, signal) {
-  const [here, there] = [sides[end], sides[1 - end]];
-  const given = points.filter((point) => point !== null).map(({ corners, weights }) => ({
-    vertices: corners.map((corner) => here.geometry.numbers[corner]), weights: weights.map((weight) => Math.max(0, weight)),
-  }));
-  const job = await post("/v1/transfers", {
-    match: match.id, what: "landmarks", direction: end === SOURCE ? "source_to_target" : "target_to_source", points: given,
-  });
-  const found = (await resultOf(job, signal)).points.map((point) => point && (
-    { corners: point.vertices.map(there.place), weights: point.weights }));
-  return points.map((point) => (point === null ? null : found.shift()));
-}
-
-async function showLandmarks(list, landmarks, shown, { match, sides, selection, scenes }) {
+async function showLandmarks(list, shown, { match, sides, selection, scenes }) {
   const side = sides[TARGET];
   const [source, target] = shown.points;
+  const landmarks = landmarksOf(shown);
   const corrections = new Corrections(target, shown.moves);
+  const now = () => withMoves(shown, side, corrections.moves);
   const step = (i, right, up) => {
     const [across, upwards] = scenes.axes;
     const before = corrections.points[i];
@@ -141,15 +106,12 @@ async function showLandmarks(list, landmarks, shown, { match, sides, selection, 
   const update = () => {
     turnOff(undo, !corrections.canUndo);
     turnOff(resetAll, !corrections.anyMoved);
-    if (!corrections.dragging) keepLandmarks(match, { ...shown, moves: corrections.moves });
+    if (!corrections.dragging) keepLandmarks(match, now());
   };
   corrections.addEventListener("change", update);
   update();
-  const name = side.shape.name.replace(/\.[^.]*$/, "");
-  const text = (format) => writeLandmarks(format, name, landmarks.map(({ label, remark: description }, i) => ({
-    label, remark: corrections.moved(i) ? "corrected" : description,
-    position: corrections.points[i] === null ? null : inFile(side, corrections.points[i]),
-  })), shown.coordinates);
+  const name = stemOf(side.shape.name);
+  const text = (format) => writeLandmarks(format, name, writtenOf(now()), shown.coordinates);
   selection.clear();
   list.hidden = false;
   fill(list,

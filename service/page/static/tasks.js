@@ -82,6 +82,17 @@ const registering = {
     checkbox("scale", true, "Scale the specimens to a common size before their mean is taken", false), components(shapes))],
 };
 
+const landmarking = {
+  most: 257,
+  path: "/v1/batches",
+  view: "landmarks",
+  title: "Match for landmarks",
+  about: "Landmarks: carry those of the first, a template, to each of the others",
+  named: (shapes) => ({ ...batch(shapes), dense: true }),
+  fields: (_, shapes) => [h("p", { class: "faint" }, "The file of landmarks is chosen on the next page, while the shapes are matched."),
+    h("div", { class: "checks" }, components(shapes))],
+};
+
 const mapping = {
   most: 16,
   path: "/v1/consistent-maps",
@@ -115,16 +126,16 @@ export function fieldsOf({ fields, parameters }, ...given) {
   return parameters === undefined ? shown : [...shown, moreFields(parameters, shown)];
 }
 
-/** The tasks: address, fields and words of each; `most` is the greatest number of shapes. */
+/** The tasks: address, fields and words of each; `most` is the greatest number of shapes, `view` shows the job. */
 export const TASKS = {
   match: matching, batch: matchingAll, recognise: recognising, recogniseAll: recognisingAll,
-  compare: comparing, map: mapping, register: registering, learn: learning,
+  compare: comparing, map: mapping, register: registering, learn: learning, landmarks: landmarking,
 };
 
 /** Names of the tasks for so many shapes, of which the first may be a prototype. */
 export function tasksFor(count, learned) {
   if (learned) return [count === 2 ? "recognise" : "recogniseAll"];
-  return count === 2 ? ["match", "compare", "learn", "register"] : ["compare", "learn", "batch", "map", "register"];
+  return count === 2 ? ["match", "compare", "learn", "register", "landmarks"] : ["compare", "learn", "batch", "map", "register", "landmarks"];
 }
 
 // What all names begin with, up to a digit.

@@ -1,0 +1,126 @@
+// Landmarks of a template carried to all specimens of a batch: a row for each, and one archive of all files.
+
+import { Problem, get } from "./api.js";
+import { LIKELY_RIGHT } from "./confidence.js";
+import { button, fill, h, table } from "./dom.js";
+import { save } from "./download.js";
+import { ended, follow } from "./events.js";
+import { count, several, stateName } from "./format.js";
+import { writtenOf } from "./landmark_carrying.js";
+import { landmarkFileArea, systemField } from "./landmark_fields.js";
+import { FORMATS, readLandmarks, writeLandmarks, writeTable } from "./landmark_files.js";
+import { recordOf } from "./match.js";
+import { problemBox } from "./problem.js";
+import { confirmed } from "./question.js";
+import { TABLE, Specimens } from "./specimens.js";
+import { throttled } from "./throttle.js";
+import { zipped } from "./zip.js";
+
+const HEADS = ["Specimen", "Landmarks", "Mean confidence", "Least confidence", "State", "Files"];
+const ABOUT = "Open a specimen to see its landmarks and to correct them, those in doubt first. They are kept in this tab until it is closed.";
+const FULL = " This tab has no room to keep them all: download them before you leave this page.";
+
+/** @param {Object} batch the job of dense matches of a template with specimens */
+export async function landmarkCollectionView(place, batch, signal) {
+  const known = await get(batch.links.partial, signal);
+  const template = await recordOf("shapes", known.source, known.source_name, signal);
+  if (!batch.parameters.dense || template.id === null) {
+    throw new Problem(0, { title: "No dense maps", detail: "Landmarks are carried along dense maps of shapes that are kept; match again with them." });
+  }
+  document.title = `Landmarks of ${several(known.matches.length, "specimen")} – isomatch`;
+  const said = h("div", { "aria-live": "polite" });
+  const progress = h("p", { role: "status", class: "faint" });
+  const list = h("section", { "aria-label": "Specimens" });
+  const system = systemField();
+  const specimens = new Specimens(known, template, signal);
+  let job = batch;
+  const show = () => {
+    progress.textContent = sentence(job, specimens);
+    fill(list, table(ABOUT, HEADS, specimens.all.map(row)), downloads(specimens.all));
+  };
+  specimens.addEventListener("change", show);
+  const take = async ([file]) => {
+    if (file === undefined) return;
+    try {
+      const coordinates = system.querySelector("select").value;
+      const given = readLandmarks(file.name, await file.text(), coordinates);
+      if (specimens.all.some(({ carried }) => carried?.moves.length > 0) && !(await confirmed("Carry other landmarks?",
+        "The corrections of all specimens would be lost.", "Carry them", "Keep these"))) return;
+      await specimens.begin({ file: file.name, coordinates, given });
+      fill(said, remarkOn(specimens.template));
+    } catch (error) {
+      if (!signal.aborted) fill(said, problemBox(error));
+    }
+  };
+  fill(place,
+    h("h2", {}, "Landmarks: ", h("a", { href: `#/shapes/${template.id}` }, template.name), ` to ${several(known.matches.length, "specimen")}`),
+    h("p", {}, h("a", { href: `#/jobs/${batch.id}` }, "Back to the matches")),
+    h("div", { class: "columns" },
+      landmarkFileArea("template", template, "They are carried to each specimen as soon as it is matched.", take), system),
+    said, progress, list);
+  if (specimens.template !== null) {
+    system.querySelector("select").value = specimens.template.coordinates;
+    fill(said, remarkOn(specimens.template));
+  }
+  show();
+  specimens.work();
+  const update = async () => specimens.update((await get(batch.links.partial, signal)).matches);
+  const sometimes = throttled(update);
+  if (ended(batch)) return;
+  await follow(batch.links.events, (now) => {
+    job = now;
+    if (!ended(now)) sometimes();
+  }, signal);
+  if (!signal.aborted) await update();
+}
+
+const remarkOn = ({ remark }) => (remark === null ? null : h("p", { class: "warnings" }, remark));
+
+function sentence(job, { all, template, fits }) {
+  const matched = all.filter(({ match }) => match.state === "succeeded").length;
+  const carried = all.filter((one) => one.carried !== null).length;
+  const matches = `${count(matched)} of ${several(all.length, "specimen")} matched${ended(job) ? "" : " so far"}`;
+  return template === null ? `${matches}. Choose the landmarks of the template.`
+    : `${matches}, landmarks of ${template.file} carried to ${count(carried)}.${fits ? "" : FULL}`;
+}
+
+function row({ match, name, stem, carried, problem }) {
+  const view = carried !== null || match.state === "succeeded" ? "landmarks" : "jobs";
+  const head = h("th", { scope: "row" }, match.job === null ? name : h("a", { href: `#/${view}/${match.job}` }, name));
+  if (carried === null) {
+    const state = h("span", { class: `state ${match.state}` }, match.state === "succeeded" ? "matched" : stateName(match.state));
+    const said = problem?.message ?? match.error?.detail ?? state;
+    return h("tr", {}, head, h("td", {}), h("td", {}), h("td", {}), h("td", {}, said), h("td", {}));
+  }
+  const marks = writtenOf(carried);
+  const there = marks.filter(({ position }) => position !== null).length;
+  const sure = marks.filter(({ confidence }) => confidence !== null);
+  const least = sure.reduce((found, one) => (found === null || Number(one.confidence) < Number(found.confidence) ? one : found), null);
+  const mean = sure.reduce((sum, { confidence }) => sum + Number(confidence), 0) / sure.length;
+  return h("tr", {}, head,
+    h("td", {}, there === marks.length ? count(there) : `${count(there)} of ${count(marks.length)}`),
+    h("td", {}, least === null ? null : mean.toFixed(2)),
+    h("td", {}, least === null ? null : leastOf(least)),
+    h("td", {}, carried.moves.length > 0 ? `${count(carried.moves.length)} moved` : "carried"),
+    h("td", { class: "files-of" }, FORMATS.flatMap((format) => [" ", button(
+      [format.toUpperCase(), h("span", { class: "visually-hidden" }, ` of ${name}`)],
+      () => save(new Blob([textOf(format, stem, carried)]), `${stem}.${format}`), { class: "small" })])));
+}
+
+const leastOf = ({ label, confidence }) => [Number(confidence) < LIKELY_RIGHT
+  ? h("span", { class: "badge doubt", title: "in doubt" }, confidence) : confidence, ` at ${label}`];
+
+const textOf = (format, stem, carried) => writeLandmarks(format, stem, writtenOf(carried), carried.coordinates);
+
+function downloads(specimens) {
+  const done = specimens.filter(({ carried }) => carried !== null);
+  if (done.length === 0) return null;
+  const rows = done.flatMap(({ stem, carried }) => writtenOf(carried).map(({ label, position, confidence, remark }) =>
+    [stem, label, ...(position ?? [null, null, null]), confidence, remark === "corrected" ? 1 : 0]));
+  const every = [["specimen", "label", "x", "y", "z", "confidence", "corrected"], ...rows];
+  return h("p", { class: "actions" }, `All ${several(done.length, "specimen")} in one archive, with a table of confidences:`,
+    FORMATS.map((format) => button(["ZIP of ", format.toUpperCase()], () => {
+      const files = done.map(({ stem, carried }) => [`${stem}.${format}`, textOf(format, stem, carried)]);
+      save(zipped([...files, [TABLE, writeTable(every)]]), "landmarks.zip");
+    })));
+}

@@ -1,0 +1,15 @@
+// Fields for landmarks: their file, and the coordinate system of the meshes.
+
+import { h } from "./dom.js";
+import { choiceField } from "./fields.js";
+import { fileArea } from "./uploads.js";
+
+const SYSTEMS = [["LPS", "LPS, as 3D Slicer stores models"], ["RAS", "RAS"]];
+
+export const systemField = () => choiceField("coordinates", "Coordinates of the meshes", SYSTEMS, 0,
+  "Positions in files of 3D Slicer name their coordinate system and are converted to that of the meshes.");
+
+/** @param {string} end whose landmarks these are: "source", "target" or "template" */
+export const landmarkFileArea = (end, { name }, about, take) => fileArea(
+  { id: `landmarks-${end}`, accept: ".json,.fcsv,.csv" }, [h("strong", {}, `Choose landmarks of the ${end}`), `, ${name}`],
+  `MRK.JSON, FCSV or CSV. ${about}`, take);

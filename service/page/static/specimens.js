@@ -1,0 +1,111 @@
+// Specimens of a batch, and the landmarks of its template that are carried to them.
+
+import { get } from "./api.js";
+import { drawnShape } from "./drawn_shape.js";
+import { resultOf } from "./events.js";
+import { dropLandmarks, keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
+import { carryLandmarks, usablePoints } from "./landmark_carrying.js";
+import { stemOf } from "./landmark_files.js";
+
+const SOURCE = 0;
+/** Name of the table of all landmarks in an archive. */
+export const TABLE = "landmarks.csv";
+
+/** Specimens, to which landmarks are carried one after another. Dispatches "change". */
+export class Specimens extends EventTarget {
+  /** The landmarks that are carried, with the name of their `file` and a `remark` on those left out; null until there are some. */
+  template = null;
+  /** The specimens: the `match` of each, its `name`, `stem`, the beginning of its files' names, and its landmarks `carried`,
+   *  or the `problem` why there are none; null until they are known. */
+  all;
+  /** Whether the tab could keep all landmarks. */
+  fits = true;
+  #batch;
+  #shape;
+  #signal;
+  #side = null;
+  #busy = false;
+
+  /**
+   * @param {Object} batch `job`, its id, and its `matches`
+   * @param {Object} shape record of the template
+   */
+  constructor({ job, matches }, shape, signal) {
+    super();
+    [this.#batch, this.#shape, this.all, this.#signal] = [job, shape, specimensOf(matches), signal];
+    this.template = keptLandmarks(job);
+  }
+
+  /**
+   * Carry other landmarks, to all specimens.
+   * @param {Object} template `file`, `coordinates` and the landmarks `given`
+   * @throws {Problem} none of the landmarks can be carried
+   */
+  async begin(template) {
+    const { remark } = usablePoints(template.given, await this.#source());
+    this.template = { ...template, end: SOURCE, remark };
+    this.fits = keepLandmarks(this.#batch, this.template);
+    for (const one of this.all) {
+      [one.carried, one.problem] = [null, null];
+      if (one.match.job !== null) dropLandmarks(one.match.job);
+    }
+    this.#tell();
+    this.work();
+  }
+
+  /** Take over the states of the matches. */
+  update(matches) {
+    matches.forEach((match, at) => Object.assign(this.all[at], { match }));
+    this.#tell();
+    this.work();
+  }
+
+  /** Carry the landmarks to the specimens that are matched and have none yet. */
+  async work() {
+    if (this.#busy) return;
+    this.#busy = true;
+    for (let one = this.#next(); one !== undefined && !this.#signal.aborted; one = this.#next()) {
+      const { template } = this;
+      const found = await this.#carried(one).then((carried) => ({ carried }), (problem) => ({ problem }));
+      // Others may have been chosen meanwhile.
+      if (this.#signal.aborted || template !== this.template) continue;
+      Object.assign(one, found);
+      if (one.carried !== null && !keepLandmarks(one.match.job, one.carried)) this.fits = false;
+      this.#tell();
+    }
+    this.#busy = false;
+  }
+
+  #next() {
+    return this.template === null ? undefined
+      : this.all.find(({ match, carried, problem }) => match.state === "succeeded" && carried === null && problem === null);
+  }
+
+  async #carried({ match, name }) {
+    const job = await get(`/v1/jobs/${match.job}`, this.#signal);
+    const [result, shape] = await Promise.all([resultOf(job, this.#signal), get(`/v1/shapes/${match.target}`, this.#signal)]);
+    const target = await drawnShape({ ...shape, name }, "target", this.#signal);
+    return carryLandmarks({ id: match.job, result, sides: [await this.#source(), target] }, this.template, this.#signal);
+  }
+
+  async #source() {
+    return (this.#side ??= await drawnShape(this.#shape, "source", this.#signal));
+  }
+
+  #tell() {
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+// Specimens with the landmarks that the tab has of them; `stem` begins the name of a file, and no two are the same.
+function specimensOf(matches) {
+  const taken = new Set([stemOf(TABLE)]);
+  return matches.map((match) => {
+    const name = match.target_name ?? match.target.slice(0, 8);
+    const usable = stemOf(name).replace(/[\\/]/g, "_");
+    let stem = usable;
+    for (let number = 2; taken.has(stem); number++) stem = `${usable}-${number}`;
+    taken.add(stem);
+    return { match, name, stem, carried: match.job === null ? null : keptLandmarks(match.job), problem: null };
+  });
+}
