@@ -305,18 +305,20 @@ def print_jobs(jobs: Iterable[Job], console: Console) -> None:
 
 
 def _subject(record: JobRecord, short: bool = False) -> str:
-    """Shapes or prototype of a job, by their ids, in full or shortened."""
+    """Shapes or prototype of a job, by their ids, or for short by their names in the request."""
 
-    def shown(name: str | None) -> str:
-        return (name or "")[:10] if short else name or ""
+    def shown(one: str | None, name: str | None = None) -> str:
+        return name or (one or "")[:10] if short else one or ""
 
     if record.source is not None:
+        source_name, target_name, *_ = (*record.names, None, None)
         others = record.shape_count - (record.source in record.shapes)
         several = "1 shape" if others == 1 else f"{others} shapes"
-        target = several if record.target is None else shown(record.target)
-        return f"{shown(record.source)} -> {target}"
+        target = several if record.target is None else shown(record.target, target_name)
+        return f"{shown(record.source, source_name)} -> {target}"
     few = record.shape_count == len(record.shapes) <= (2 if short else 20)
-    shapes = ", ".join(map(shown, record.shapes)) if few else f"{record.shape_count} shapes"
+    names = record.names if len(record.names) == len(record.shapes) else [None] * len(record.shapes)
+    shapes = ", ".join(map(shown, record.shapes, names)) if few else f"{record.shape_count} shapes"
     return ": ".join(part for part in (record.name, shown(record.prototype), shapes) if part)
 
 

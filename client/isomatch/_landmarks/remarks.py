@@ -61,7 +61,8 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
         hint = hint or "check the unit of length and the coordinate system (LPS or RAS)"
         raise ValueError(f"{found}: {hint}")
     if found.far.any():
-        remarks.append(f"{found}; they are left out" + (hint and f"; {hint}"))
+        they = "it is" if found.far.sum() == 1 else "they are"
+        remarks.append(f"{found}; {they} left out" + (hint and f"; {hint}"))
     elif hint:
         remarks.append(f"the landmarks lie beside the surface; {hint}")
     return tuple(remarks)

@@ -138,7 +138,7 @@ function legendOf({ legend = null, range = null }) {
     const swatch = h("span", { class: "swatch" });
     swatch.style.background = css(color);
     return h("li", {}, swatch, label);
-  })), more > 0 ? h("p", { class: "faint" }, `and ${several(more, "label")} more`) : null,
+  })), more > 0 ? h("p", { class: "faint" }, `and ${several(more, "more label")}`) : null,
   legend.length > MOST_DISTINCT ? h("p", { class: "faint" },
     `Of ${several(legend.length, "label")} some have colours that look alike; the files have the labels themselves.`) : null];
 }

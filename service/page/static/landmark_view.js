@@ -71,8 +71,7 @@ export async function landmarkView(place, [id], signal) {
   };
   fill(place,
     h("h2", {}, "Landmarks: ", shapeLink(shapes[SOURCE]), " to ", shapeLink(shapes[TARGET])),
-    h("p", { class: "actions" }, match.batch && h("a", { href: `#/landmarks/${match.batch}` }, "All specimens"),
-      h("a", { href: `#/jobs/${id}` }, "Back to the match")),
+    h("p", { class: "actions" }, await specimenLinks(match, signal), h("a", { href: `#/jobs/${id}` }, "Back to the match")),
     h("div", { class: "columns" },
       landmarkFileArea("source", shapes[SOURCE], "They are carried to the target.", take(SOURCE)),
       landmarkFileArea("target", shapes[TARGET], "To correct them; files of isomatch landmarks have a confidence.", take(TARGET)),
@@ -84,6 +83,15 @@ export async function landmarkView(place, [id], signal) {
     show(kept);
   }
   await scenes.begin();
+}
+
+// Links to the other specimens of a batch: all, and those beside this one that are matched.
+async function specimenLinks({ id, batch }, signal) {
+  if (batch === null) return null;
+  const matched = (await get(`/v1/batches/${batch}`, signal)).matches.filter(({ state }) => state === "succeeded");
+  const at = matched.findIndex(({ job }) => job === id);
+  const linkTo = (other, text) => other && h("a", { href: `#/landmarks/${other.job}` }, `${text}: ${other.target_name ?? "unnamed"}`);
+  return [h("a", { href: `#/landmarks/${batch}` }, "All specimens"), linkTo(matched[at - 1], "Previous"), linkTo(matched[at + 1], "Next")];
 }
 
 const shapeLink = ({ id, name }) => h("a", { href: `#/shapes/${id}` }, name);

@@ -89,8 +89,8 @@ const landmarking = {
   title: "Match for landmarks",
   about: "Landmarks: carry those of the first, a template, to each of the others",
   named: (shapes) => ({ ...batch(shapes), dense: true }),
-  fields: (_, shapes) => [h("p", { class: "faint" }, "The file of landmarks is chosen on the next page, while the shapes are matched."),
-    h("div", { class: "checks" }, components(shapes))],
+  fields: (_, shapes) => [h("div", { class: "checks" },
+    h("span", { class: "faint" }, "The file of landmarks is chosen on the next page, while the shapes are matched."), components(shapes))],
 };
 
 const mapping = {

@@ -1,6 +1,7 @@
 """The command line against the running service."""
 
 import contextlib
+import io
 import itertools
 import json
 import os
@@ -20,8 +21,10 @@ import isomatch
 import pytest
 from isomatch._cli import named_upload
 from isomatch._cli.exit_codes import problem_document
+from isomatch._cli.render import print_jobs
 from isomatch._cli.transfer_command import READ, WRITTEN
 from isomatch._results import KINDS, TransferKind
+from rich.console import Console
 
 from broker.contracts import ATTRIBUTE_FORMATS, TransferPayload, exports_of
 from demo.stack import ROOT
@@ -138,6 +141,22 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     assert cancelled.returncode == 1
     assert cancelled.stderr.splitlines()[0] == f"job {job_id} has succeeded already"
     assert first in run("shapes", "-q", url=url).stdout.split()
+
+
+def test_jobs_are_listed_with_the_names_of_their_shapes(url: str, blobs: tuple[Path, Path]) -> None:
+    printed = io.StringIO()
+    with isomatch.Client(url) as client:
+        first, second = (client.upload(path, f"named {path.name}") for path in blobs)
+        match = client.match(first, second, points=8)
+        batch = client.match_many(first, [second], points=8)
+        compared = client.dissimilarities([first, second], points=8)
+        print_jobs([match, batch, compared], Console(file=printed, width=300))
+        for job in (match, batch, compared):
+            job.cancel()
+    rows = [line for line in printed.getvalue().splitlines() if "named" in line]
+    assert f" {first.name} -> {second.name} " in rows[0]
+    assert f" {first.name} -> 1 shape " in rows[1]
+    assert f" {first.name}, {second.name} " in rows[2]
 
 
 def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:

@@ -56,6 +56,9 @@ def test_landmarks_far_from_the_surface_are_reported_and_missing() -> None:
     assert text.startswith("3 of 6 landmarks are far from the surface, 'p")
     assert all(f"{label!r} by " in text for label in GIVEN.labels[3:])
     assert text.endswith("; they are left out")
+    (text,) = remarks_on(LandmarkSet(GIVEN.labels, np.vstack([PLACES[:5], far[5:]])), BLOB)
+    assert text.startswith("1 of 6 landmarks is far from the surface, ")
+    assert text.endswith("; it is left out")
     assert remarks_on(GIVEN, BLOB) == ()
 
 
