@@ -87,7 +87,8 @@ function statusOf(job) {
     });
   });
   const box = h("div");
-  const node = h("div", {}, title, said, bar, " ", share, " ", cancel, box);
+  const all = job.batch === null ? null : h("p", {}, h("a", { href: `#/jobs/${job.batch}` }, "Back to the batch"));
+  const node = h("div", {}, title, said, bar, " ", share, " ", cancel, box, all);
   let last = job;
   // Whether the problem that is shown is over when the service answers again.
   let passing = false;
@@ -111,6 +112,7 @@ function sentence(job) {
   if (job.state === "queued") {
     if (job.waiting_for === "worker") return "Waiting: no worker is alive.";
     if (job.progress.stage === "spectra") return "The spectra of its shapes are computed.";
+    if (job.waiting_for === "turn" && job.position === null) return "Waiting for its turn in the batch.";
     return job.position ? `Waiting, with ${job.position} ahead of it.` : "Waiting for a worker.";
   }
   if (job.state === "running") return job.progress.stage;

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import httpx2
 from playwright.sync_api import FilePayload, Page, expect
 
+from tests.client.shapes import LASTING
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import PATIENCE, result_of
 from tests.worker.figures import blob_file
@@ -67,3 +68,27 @@ def test_its_matches_are_listed(
     expect(page.get_by_role("heading", name="mesh.off and gone.off")).to_be_visible()
     expect(page.get_by_text("A shape is no longer kept")).to_be_visible()
     expect(page.get_by_role("link", name="Match again")).to_have_count(0)
+
+
+def test_a_match_that_waits_is_cancelled_alone(
+    page: Page, http: httpx2.Client, upload: Callable[..., Json]
+) -> None:
+    """The matches are listed at once, although none ends."""
+    source, *targets = blobs(upload)
+    body = {"source": source, "targets": targets * 2, "target_names": ["a", "b", "c", "d"]}
+    job = http.post("/v1/batches", json={**body, **LASTING}).json()
+    try:
+        page.goto(f"/#/jobs/{job['id']}")
+        expect(page.get_by_role("table")).to_contain_text("0 of 4 matches", timeout=10_000)
+        page.get_by_role("link", name="d", exact=True).click()
+        expect(page.get_by_text("Waiting for its turn in the batch.")).to_be_visible()
+        page.get_by_role("button", name="Cancel").click()
+        expect(page.get_by_text("Cancelled. Requested")).to_be_visible()
+        page.get_by_role("link", name="Back to the batch").click()
+        expect(page.locator("tbody tr").last).to_contain_text("cancelled")
+        # What changes later is shown as well.
+        http.delete(f"/v1/jobs/{job['id']}-3").raise_for_status()
+        expect(page.get_by_role("table")).to_contain_text("2 of 4 matches")
+        expect(page.locator("tbody tr").nth(2)).to_contain_text("cancelled")
+    finally:
+        http.delete(job["links"]["self"])
