@@ -1,10 +1,11 @@
 """Registration of surfaces whose parts are glued together where they touch.
 
 Both surfaces are opened at their creases, and candidates are searched on what is left: limbs that
-touch are farther from one another there. Each of the best says where else the surfaces are torn:
-they are opened there instead, and the candidate is aligned once more, in eigenfunctions that know
-nothing of the glue. The right one fits better than before, as what glue has bent is left out; wrong
-ones hardly do. The best are refined, and chosen from, as those of whole surfaces are.
+touch are farther from one another there. In doubt, slighter creases are opened, too. Each of the
+best says where else the surfaces are torn: they are opened there instead, and the candidate is
+aligned once more, in eigenfunctions that know nothing of the glue. The right one fits better than
+before, as what glue has bent is left out; wrong ones hardly do. The best are refined, and chosen
+from, as those of whole surfaces are.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,8 +20,16 @@ from solver.errors import MeshError
 from solver.registration.candidates import Points
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
 from solver.registration.confidence import Confidence, margin_of, refined_confidence
-from solver.registration.opening import Opening, VertexMaps, creases, torn_off
+from solver.registration.opening import (
+    CREASES,
+    Crease,
+    Opening,
+    VertexMaps,
+    creases,
+    torn_off,
+)
 from solver.registration.reduction import FEW_VERTICES, ReducedTask, reduction, whole_maps
+from solver.registration.refined_fit import RefinedFit
 from solver.registration.refinement import (
     FEWER_ROUNDS,
     LEAST_TORN_OFF,
@@ -153,6 +162,10 @@ class OpenedCandidate:
         return self._map.images(start=theirs.vertices[refined.images[ours.places]])
 
 
+_Refined = tuple[OpenedCandidate, RefinedFit]
+"""A candidate, and its fit once it is refined on few vertices."""
+
+
 def _of_whole(found: Images, here: Opening, there: Opening) -> Images:
     """Return images of what is left of a shape as those of the whole shape."""
     (images, faces, barycentric), places = found, here.places
@@ -188,45 +201,64 @@ def search_opened(
         A Laplacian cannot be factored.
     """
     ours, theirs = reduction(source), reduction(target)
-    found = _opened_candidates(ours.shape, theirs.shape, rematch, control)
-    if not found:
+    refined: list[_Refined] = []
+    confidence = None
+    for crease in control.in_time(CREASES, least=1):
+        refined += _refined_candidates(ours.shape, theirs.shape, rematch, crease, control)
+        refined.sort(key=lambda one: one[1].score)
+        if refined and refined[0][1].score <= score:
+            confidence = _confidence_in(refined, ours.shape, theirs.shape, control)
+            if confidence.is_sure:
+                break
+    if confidence is None:
         return None
-    refined = [(one, one.on_few(control).fit) for one in control.in_time(found, least=1)]
-    refined.sort(key=lambda one: one[1].score)
-    best, fit = refined[0]
-    if fit.score > score:
-        return None
-    positions = smooth_surface(theirs.shape).mesh.vertices
-    every = np.arange(ours.shape.n_vertices)
-    rows = distinct(positions[one.images(every, control)] for one, _ in refined)
-    confidence = refined_confidence(
-        confidence_in([refined[row][0].candidate for row in rows], control),
-        fit,
-        margin_of([refined[row][1].score for row in rows]),
-        complete=not control.expired,
-    )
+    best = refined[0][0]
     if ours.shape is source and theirs.shape is target:
         return best, confidence
     maps = whole_maps(best.vertex_maps(), ours, theirs)
     return _reopened(source, target, maps, control), confidence
 
 
-def _opened_candidates(
-    source: Shape, target: Shape, rematch: Rematch, control: Control
-) -> list[OpenedCandidate]:
-    """Candidates on opened surfaces, the best first; none if neither has anything to open."""
-    ours, theirs = (Opening.at(shape, creases(smooth_surface(shape))) for shape in (source, target))
+def _refined_candidates(
+    source: Shape, target: Shape, rematch: Rematch, crease: Crease, control: Control
+) -> list[_Refined]:
+    """Candidates on opened surfaces, refined on few vertices.
+
+    None if neither surface has anything to open, or what is left cannot be displaced.
+    """
+    ours, theirs = (
+        Opening.at(shape, creases(smooth_surface(shape), crease)) for shape in (source, target)
+    )
     if ours.shape is source and theirs.shape is target:
         return []
-    task = Task.of(ours.shape, theirs.shape)
-    reduced = partial(ReducedTask.of, ours.shape, theirs.shape, task)
-    hypotheses = rematch(ours.shape, theirs.shape)
-    searched = search(task, reduced, hypotheses, control, others=False)
-    found = [
-        _reopened(source, target, OpenedCandidate((ours, theirs), one).vertex_maps(), control)
-        for one in control.in_time(searched.candidates, least=1)
-    ]
-    return sorted(found, key=lambda one: one.candidate.fit.score)
+    try:
+        task = Task.of(ours.shape, theirs.shape)
+        reduced = partial(ReducedTask.of, ours.shape, theirs.shape, task)
+        hypotheses = rematch(ours.shape, theirs.shape)
+        searched = search(task, reduced, hypotheses, control, others=False)
+        found = [
+            _reopened(source, target, OpenedCandidate((ours, theirs), one).vertex_maps(), control)
+            for one in control.in_time(searched.candidates, least=1)
+        ]
+        found.sort(key=lambda one: one.candidate.fit.score)
+        return [(one, one.on_few(control).fit) for one in control.in_time(found, least=1)]
+    except MeshError:
+        return []
+
+
+def _confidence_in(
+    refined: Sequence[_Refined], source: Shape, target: Shape, control: Control
+) -> Confidence:
+    """Confidence in the first of candidates, by itself and those that differ from it."""
+    positions = smooth_surface(target).mesh.vertices
+    every = np.arange(source.n_vertices)
+    rows = distinct(positions[one.images(every, control)] for one, _ in refined)
+    return refined_confidence(
+        confidence_in([refined[row][0].candidate for row in rows], control),
+        refined[0][1],
+        margin_of([refined[row][1].score for row in rows]),
+        complete=not control.expired,
+    )
 
 
 def _reopened(source: Shape, target: Shape, maps: VertexMaps, control: Control) -> OpenedCandidate:

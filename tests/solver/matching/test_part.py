@@ -151,10 +151,9 @@ def test_surfaces_that_are_all_boundary_are_matched_as_wholes() -> None:
         match(ours, theirs, replace(options, partial="source"))
 
 
-@pytest.mark.parametrize("count", [9, 15])
-def test_a_symmetric_sheet_is_no_part_of_itself(count: int) -> None:
+def test_a_symmetric_sheet_is_no_part_of_itself() -> None:
     """Its own eight symmetries cast doubt on the answer; but it fits as a whole."""
-    sheet = Shape(plane_grid(count, count, 1.0))
+    sheet = Shape(plane_grid(9, 9, 1.0))
     found = match(sheet, sheet, MatchOptions(points=12))
     assert found.overlap is None
     assert found.best.energy == pytest.approx(0.0, abs=1e-9)

@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from solver.mesh import TriangleMesh, triangle_mesh
-from solver.registration.opening import Opening, VertexMaps, creases, tears, torn_off
+from solver.registration.opening import (
+    CREASES,
+    Crease,
+    Opening,
+    VertexMaps,
+    creases,
+    tears,
+    torn_off,
+)
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver import shapes
@@ -44,14 +52,16 @@ def two_balls(apart: float) -> TriangleMesh:
 
 
 @pytest.mark.parametrize("flipped", [False, True])
-@pytest.mark.parametrize(("apart", "creased"), [(0.2, False), (0.5, True), (0.8, True)])
+@pytest.mark.parametrize("crease", CREASES)
+@pytest.mark.parametrize(("ratio", "creased"), [(2 / 3, False), (7 / 3, True), (8 / 3, True)])
 def test_a_crease_is_where_normals_turn_inwards_by_the_angle(
-    apart: float, creased: bool, flipped: bool
+    crease: Crease, ratio: float, creased: bool, flipped: bool
 ) -> None:
-    mesh = two_balls(apart)
+    """And by somewhat more, as the balls beside it curve the other way."""
+    mesh = two_balls(ratio * crease.folded)
     if flipped:
         mesh = triangle_mesh(mesh.vertices, mesh.faces[:, ::-1])
-    found = creases(smooth_surface(Shape(mesh)))
+    found = creases(smooth_surface(Shape(mesh)), crease)
     middles = np.abs(mesh.vertices[mesh.faces, 0]).min(axis=1)
     assert found.any() == creased
     assert not found[middles > 0.15].any()
@@ -60,13 +70,14 @@ def test_a_crease_is_where_normals_turn_inwards_by_the_angle(
 
 
 def test_convex_edges_are_no_creases() -> None:
-    assert not creases(smooth_surface(Shape(shapes.cube(12)))).any()
+    surface = smooth_surface(Shape(shapes.cube(12)))
+    assert not any(creases(surface, crease).any() for crease in CREASES)
 
 
 def test_two_balls_are_opened_at_their_crease() -> None:
     """The lesser part is not too small to matter: both are left, of half the area each."""
     shape = Shape(two_balls(0.7))
-    opening = Opening.at(shape, creases(smooth_surface(shape)))
+    opening = Opening.at(shape, creases(smooth_surface(shape), CREASES[0]))
     left = opening.shape.mesh
     assert left.components == 2
     assert left.area > 0.9 * shape.mesh.area
