@@ -2,10 +2,10 @@
 
 Both surfaces are opened at their creases, and candidates are searched on what is left: limbs that
 touch are farther from one another there. In doubt, slighter creases are opened, too. Each of the
-best says where else the surfaces are torn: they are opened there instead, and the candidate is
-aligned once more, in eigenfunctions that know nothing of the glue. The right one fits better than
-before, as what glue has bent is left out; wrong ones hardly do. The best are refined, and chosen
-from, as those of whole surfaces are.
+best, and the answer for the surfaces as they are, says where else the surfaces are torn: they are
+opened there instead, and the candidate is aligned once more, in eigenfunctions that know nothing of
+the glue. The right one fits better than before, as what glue has bent is left out; wrong ones
+hardly do. The best are refined, and chosen from, as those of whole surfaces are.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,7 +28,13 @@ from solver.registration.opening import (
     creases,
     torn_off,
 )
-from solver.registration.reduction import FEW_VERTICES, ReducedTask, reduction, whole_maps
+from solver.registration.reduction import (
+    FEW_VERTICES,
+    ReducedTask,
+    reduced_maps,
+    reduction,
+    whole_maps,
+)
 from solver.registration.refined_fit import RefinedFit
 from solver.registration.refinement import (
     FEWER_ROUNDS,
@@ -173,7 +179,12 @@ def _of_whole(found: Images, here: Opening, there: Opening) -> Images:
 
 
 def search_opened(
-    source: Shape, target: Shape, rematch: Rematch, score: float, control: Control
+    source: Shape,
+    target: Shape,
+    known: VertexMaps,
+    rematch: Rematch,
+    score: float,
+    control: Control,
 ) -> tuple[OpenedCandidate, Confidence] | None:
     """Search for the candidate that fits best on surfaces that are opened where parts touch.
 
@@ -181,6 +192,8 @@ def search_opened(
     ----------
     source, target
         The whole shapes.
+    known
+        Maps of the answer for them, which is opened where these tear it: one more candidate.
     rematch
         Finds hypotheses on what is left of them.
     score
@@ -191,7 +204,7 @@ def search_opened(
     Returns
     -------
     The best, and the confidence in it, whose measures have the refined fit; ``None`` if neither
-    surface has creases, or too little besides, or none fits so well.
+    surface has anything to open, or too little besides, or none fits so well.
 
     Raises
     ------
@@ -201,7 +214,8 @@ def search_opened(
         A Laplacian cannot be factored.
     """
     ours, theirs = reduction(source), reduction(target)
-    refined: list[_Refined] = []
+    maps = reduced_maps(known, ours, theirs)
+    refined = _refined_where_torn(ours.shape, theirs.shape, maps, control)
     confidence = None
     for crease in control.in_time(CREASES, least=1):
         refined += _refined_candidates(ours.shape, theirs.shape, rematch, crease, control)
@@ -215,8 +229,25 @@ def search_opened(
     best = refined[0][0]
     if ours.shape is source and theirs.shape is target:
         return best, confidence
-    maps = whole_maps(best.vertex_maps(), ours, theirs)
-    return _reopened(source, target, maps, control), confidence
+    found = whole_maps(best.vertex_maps(), ours, theirs)
+    return _reopened(source, target, found, control), confidence
+
+
+def _refined_where_torn(
+    source: Shape, target: Shape, maps: VertexMaps, control: Control
+) -> list[_Refined]:
+    """The candidate of maps on surfaces that are opened where these tear them.
+
+    None if they tear neither, or what is left cannot be displaced.
+    """
+    try:
+        found = _reopened(source, target, maps, control)
+        ours, theirs = (one.shape for one in found.openings)
+        if ours is source and theirs is target:
+            return []
+        return [(found, found.on_few(control).fit)]
+    except MeshError:
+        return []
 
 
 def _refined_candidates(

@@ -154,3 +154,10 @@ def whole_maps(maps: VertexMaps, source: Reduction, target: Reduction) -> Vertex
     return VertexMaps(
         target.vertices[maps.images[source.places]], source.vertices[maps.back[target.places]]
     )
+
+
+def reduced_maps(maps: VertexMaps, source: Reduction, target: Reduction) -> VertexMaps:
+    """Return the maps of the vertices of reduced shapes that maps of the whole ones give."""
+    return VertexMaps(
+        target.places[maps.images[source.vertices]], source.places[maps.back[target.vertices]]
+    )

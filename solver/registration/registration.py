@@ -321,7 +321,8 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
         return known
     least = score - _OPENED_MARGIN
     try:
-        found = search_opened(known.source, known.target, rematch, least, control)
+        maps = known.opened.vertex_maps()
+        found = search_opened(known.source, known.target, maps, rematch, least, control)
     except MeshError:
         # What cannot be opened stays closed; the answer for it stands.
         return known

@@ -2,18 +2,22 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from solver.control import Control
+from solver.mesh import triangle_mesh
+from solver.registration import glued as module
 from solver.registration import reduction
 from solver.registration.candidates import Points
 from solver.registration.choice import Task
 from solver.registration.confidence import Confidence
 from solver.registration.glued import OpenedCandidate, search_opened
+from solver.registration.opening import Crease, VertexMaps
 from solver.registration.reduction import ReducedTask
 from solver.registration.refinement import refine_on_few
 from solver.registration.registration import Registration
 from solver.shape import Shape
-from synthetic import Transformed, glued
+from synthetic import Transformed, glued, human, near_in_space
 from tests.solver import shapes
 
 FINER = 4
@@ -44,6 +48,11 @@ def found(body: Shape, with_glue: Transformed) -> tuple[OpenedCandidate, Confide
     return through_the_glue(body, with_glue)
 
 
+def torn_nowhere(source: Shape, target: Shape) -> VertexMaps:
+    """Maps that say nothing: all vertices go to the first."""
+    return VertexMaps(*(np.zeros(one.n_vertices, dtype=np.int64) for one in (source, target)))
+
+
 def through_the_glue(body: Shape, with_glue: Transformed) -> tuple[OpenedCandidate, Confidence]:
     target = Shape(with_glue.mesh)
     points = np.flatnonzero(with_glue.kept)[::40]
@@ -57,7 +66,7 @@ def through_the_glue(body: Shape, with_glue: Transformed) -> tuple[OpenedCandida
         ]
         return [(nearest[0], nearest[1])]
 
-    searched = search_opened(body, target, rematch, np.inf, Control())
+    searched = search_opened(body, target, torn_nowhere(body, target), rematch, np.inf, Control())
     assert searched is not None
     return searched
 
@@ -91,9 +100,31 @@ def error_of(found: OpenedCandidate, body: Shape, with_glue: Transformed) -> flo
     return float(errors.mean())
 
 
+def test_the_known_answer_is_opened_where_it_tears(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hand that is glued to the hip, and lifted. Without any crease, nothing else is tried."""
+    monkeypatch.setattr(module, "CREASES", (Crease(0.01, 2.0),))
+    lifted, lowered = (
+        triangle_mesh(one.vertices, one.faces)
+        for one in (human(pose, resolution=1500, seed=1) for pose in ("reaching", "standing"))
+    )
+    changed = glued(lowered, near_in_space(lowered, 1, 0.6), 0.04)
+    source, target = Shape(lifted), Shape(changed.mesh)
+    known = VertexMaps(
+        np.asarray(KDTree(changed.mesh.vertices).query(lowered.vertices)[1]),
+        np.asarray(KDTree(lowered.vertices).query(changed.mesh.vertices)[1]),
+    )
+    found = search_opened(source, target, known, _none, np.inf, Control())
+    assert found is not None
+    assert found[0].openings[1].shape.mesh.genus == 0.0 < target.mesh.genus
+    images = changed.mesh.vertices[found[0].images(np.arange(source.n_vertices), Control())]
+    errors = np.linalg.norm(images - lowered.vertices, axis=1) / target.unit
+    assert errors.mean() < 0.02
+
+
 def test_what_fits_less_well_than_asked_is_none(body: Shape, with_glue: Transformed) -> None:
     target = Shape(with_glue.mesh)
-    assert search_opened(body, target, lambda _ours, _theirs: [], -np.inf, Control()) is None
+    known = torn_nowhere(body, target)
+    assert search_opened(body, target, known, lambda _ours, _theirs: [], -np.inf, Control()) is None
 
 
 def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
@@ -117,7 +148,8 @@ def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
 
 def test_smooth_surfaces_are_not_opened() -> None:
     sphere = Shape(shapes.icosphere(3))
-    assert search_opened(sphere, sphere, _none, np.inf, Control()) is None
+    every = np.arange(sphere.n_vertices)
+    assert search_opened(sphere, sphere, VertexMaps(every, every), _none, np.inf, Control()) is None
 
 
 def _none(ours: Shape, theirs: Shape) -> list[Points]:
