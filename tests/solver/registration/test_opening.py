@@ -51,22 +51,28 @@ def two_balls(apart: float) -> TriangleMesh:
     return triangle_mesh(np.concatenate([rings, poles]), faces)
 
 
-@pytest.mark.parametrize("flipped", [False, True])
 @pytest.mark.parametrize("crease", CREASES)
-@pytest.mark.parametrize(("ratio", "creased"), [(2 / 3, False), (7 / 3, True), (8 / 3, True)])
+@pytest.mark.parametrize(("ratio", "creased"), [(2 / 3, False), (7 / 3, True)])
 def test_a_crease_is_where_normals_turn_inwards_by_the_angle(
-    crease: Crease, ratio: float, creased: bool, flipped: bool
+    crease: Crease, ratio: float, creased: bool
 ) -> None:
     """And by somewhat more, as the balls beside it curve the other way."""
     mesh = two_balls(ratio * crease.folded)
-    if flipped:
-        mesh = triangle_mesh(mesh.vertices, mesh.faces[:, ::-1])
     found = creases(smooth_surface(Shape(mesh)), crease)
     middles = np.abs(mesh.vertices[mesh.faces, 0]).min(axis=1)
     assert found.any() == creased
     assert not found[middles > 0.15].any()
     if creased:
         assert found[middles < 1e-9].all()
+
+
+def test_winding_does_not_matter_at_creases() -> None:
+    mesh = two_balls(0.8)
+    flipped = triangle_mesh(mesh.vertices, mesh.faces[:, ::-1])
+    surfaces = (smooth_surface(Shape(one)) for one in (mesh, flipped))
+    direct, turned = (creases(one, CREASES[0]) for one in surfaces)
+    assert direct.any()
+    np.testing.assert_array_equal(direct, turned)
 
 
 def test_convex_edges_are_no_creases() -> None:
