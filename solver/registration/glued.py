@@ -217,8 +217,9 @@ def search_opened(
     maps = reduced_maps(known, ours, theirs)
     refined = _refined_where_torn(ours.shape, theirs.shape, maps, control)
     confidence = None
-    for crease in control.in_time(CREASES, least=1):
-        refined += _refined_candidates(ours.shape, theirs.shape, rematch, crease, control)
+    for number, crease in enumerate(control.in_time(CREASES, least=1)):
+        part = control.between(number / len(CREASES), (number + 1) / len(CREASES))
+        refined += _refined_candidates(ours.shape, theirs.shape, rematch, crease, part)
         refined.sort(key=lambda one: one[1].score)
         if refined and refined[0][1].score <= score:
             confidence = _confidence_in(refined, ours.shape, theirs.shape, control)
