@@ -62,6 +62,7 @@ REQUESTS: dict[str, Asks] = {
         {"json": {"match": ids.match, "what": "scalars", "attributes": ids.attributes}},
         {"json": {"match": ids.batch, "what": "colors"}},
     ],
+    "GET /v1/transfers/{job_id}/source.npz": of_job(lambda job: {"job_id": job}),
     "POST /v1/dissimilarities": lambda ids: [{"json": {"shapes": [ids.shape, ids.other]}}],
     "GET /v1/dissimilarities/{job_id}": lambda ids: [{"job_id": ids.comparison}],
     "POST /v1/registrations": lambda ids: [

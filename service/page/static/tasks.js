@@ -83,7 +83,7 @@ const registering = {
 };
 
 const landmarking = {
-  most: 257,
+  most: 1001,
   path: "/v1/batches",
   view: "landmarks",
   title: "Match for landmarks",
