@@ -7,12 +7,11 @@ begins. Compare the crossover of genetic algorithms (Holland, "Adaptation in nat
 systems", 1975) and fusion moves (Lempitsky, Rother, Roth, Blake, IEEE TPAMI 32(8), 2010).
 """
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.functional_maps import mutual_nearest_points
 from solver.registration.alignment import Pairs
@@ -28,7 +27,7 @@ stiff to become right."""
 _PARENTS = 6
 """Best candidates that are crossed with all others."""
 
-GENERATIONS = 2
+_GENERATIONS = 2
 """How often candidates are crossed, each time with those that came of it."""
 
 _FEW = 0.05
@@ -66,7 +65,7 @@ def cross(
     """
     samples = task.sampled(_STAGE)
     found = list(candidates[: _STAGE.kept])
-    for _ in range(GENERATIONS):
+    for _ in range(_GENERATIONS):
         children = [
             register_candidate(task, samples, pairs, _STAGE)
             for pairs in control.in_time(crossed_pairs(samples, found, crossed))
@@ -93,10 +92,13 @@ def crossed_pairs(
     embedded = [one.alignment.embed(source, target, _STAGE.weights) for one in candidates]
     places = [target.positions[one.local.pairs.images] for one in candidates]
     fits = [one.local.densities for one in candidates]
-    parents = uncrossed(candidates, crossed)
-    for first, second, taken in crossings(parents, fits, places, neighbours_of(source)):
-        ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
-        yield Pairs(*mutual_nearest_points(ours, embedded[first][1]))
+    neighbours = neighbours_of(source)
+    for first, second in uncrossed(candidates, crossed):
+        worse = worse_by(fits[first], fits[second])
+        taken = takes_second(worse, neighbours, places[first], places[second])
+        if _FEW <= taken.mean() <= 1.0 - _FEW:
+            ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
+            yield Pairs(*mutual_nearest_points(ours, embedded[first][1]))
 
 
 def uncrossed(candidates: Sequence[Hashable], crossed: Crossed) -> Iterator[tuple[int, int]]:
@@ -115,34 +117,3 @@ def uncrossed(candidates: Sequence[Hashable], crossed: Crossed) -> Iterator[tupl
             if pair not in crossed:
                 crossed.add(pair)
                 yield first, second
-
-
-def crossings(
-    parents: Iterable[tuple[int, int]],
-    fits: Sequence[FloatArray],
-    places: Sequence[FloatArray],
-    neighbours: IntArray,
-) -> Iterator[tuple[int, int, BoolArray]]:
-    """Yield pairs of candidates, where some samples come from either.
-
-    Parameters
-    ----------
-    parents
-        Places of both candidates of each pair.
-    fits
-        (m, S) densities of each candidate, as of :class:`.LocalFit`.
-    places
-        (S, 3) images of each, in √area.
-    neighbours
-        (S, n) samples next to each.
-
-    Yields
-    ------
-    first, second : places of the candidates.
-    taken : (S,) samples whose image comes from the second.
-    """
-    for first, second in parents:
-        worse = worse_by(fits[first], fits[second])
-        taken = takes_second(worse, neighbours, places[first], places[second])
-        if _FEW <= taken.mean() <= 1.0 - _FEW:
-            yield first, second, taken
