@@ -54,9 +54,9 @@ test: $(VENV)/runtime  ## the checks and all tests
 # Playwright's own browsers come from a host of their own; Debian's serves as well.
 APT := apt-get -o Acquire::Retries=1 -o Acquire::http::Timeout=30 -o DPkg::Lock::Timeout=120 -qq
 browser:  ## a Chromium to test the page in: Debian's, if this is Debian and you are root
-	@command -v chromium || command -v chromium-browser || command -v google-chrome || { \
+	@command -v chromium-headless-shell || command -v chromium || command -v chromium-browser || command -v google-chrome || { \
 	test "$$(id -u)" = 0 && command -v apt-get >/dev/null && { timeout 300 $(APT) update; \
-	DEBIAN_FRONTEND=noninteractive timeout 300 $(APT) install -y --no-install-recommends chromium >/dev/null; }; } || \
+	DEBIAN_FRONTEND=noninteractive timeout 300 $(APT) install -y --no-install-recommends chromium-headless-shell >/dev/null; }; } || \
 	echo "No Chromium can be installed here; tests of the page in a browser will be skipped."
 
 test-containers: $(VENV)/dev  ## build the images and run them, with an engine of its own (Debian, as root, ten minutes)

@@ -44,7 +44,8 @@ def main() -> None:
             write_off(path, shape)
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(
-                executable_path=shutil.which("chromium"), args=list(SOFTWARE)
+                executable_path=shutil.which("chromium-headless-shell") or shutil.which("chromium"),
+                args=list(SOFTWARE),
             )
             page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
             page.set_default_timeout(PATIENCE)

@@ -11,7 +11,10 @@ from solver.matching import Match, MatchOptions, match
 from solver.registration.confidence import RIVAL
 from solver.shape import Shape
 from synthetic import human
-from tests.solver.matching.test_overlap import RESOLUTION, body
+from tests.solver.matching.test_overlap import body
+
+RESOLUTION = 1200
+"""Of coarser bodies without limbs, the mirror image as a whole fits as well as the truth."""
 
 OPTIONS = MatchOptions(points=16, dense=True)
 

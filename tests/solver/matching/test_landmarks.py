@@ -18,7 +18,7 @@ Pair = tuple[SyntheticShape, SyntheticShape]
 @pytest.fixture(scope="module")
 def figures() -> Pair:
     """A symmetric person, in two poses."""
-    return human("standing", resolution=900, seed=1), human("walking", resolution=1000, seed=2)
+    return human("standing", resolution=600, seed=1), human("walking", resolution=700, seed=2)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import human
 
-RESOLUTION = 1200
+RESOLUTION = 700
 OPTIONS = MatchOptions(points=16, dense=True, partial="both")
 SCALE = 4.0
 
@@ -22,7 +22,7 @@ Cut = tuple[Shape, IntArray]
 
 def body(pose: str, lacking: BoolArray, scale: float) -> Cut:
     """A body in a pose, without some of its vertices, in other units."""
-    whole = human(pose, resolution=RESOLUTION, seed=1)
+    whole = human(pose, resolution=len(lacking), seed=1)
     faces = whole.faces[~lacking[whole.faces].any(axis=1)]
     vertices = np.unique(faces)
     mesh = triangle_mesh(scale * whole.vertices[vertices], np.searchsorted(vertices, faces))

@@ -14,19 +14,20 @@ from solver.shape import Shape
 from synthetic import human
 from tests.solver.shapes import icosphere, plane_grid
 
+RESOLUTION = 700
 OPTIONS = MatchOptions(points=16, dense=True)
 
 
 @pytest.fixture(scope="module")
 def whole() -> Shape:
-    body = human("standing", resolution=1500, seed=1)
+    body = human("standing", resolution=RESOLUTION, seed=1)
     return Shape(triangle_mesh(body.vertices, body.faces))
 
 
 @pytest.fixture(scope="module")
 def half() -> tuple[Shape, IntArray]:
     """The walking body without an arm and a leg, in other units; and its vertices of the whole."""
-    body = human("walking", resolution=1500, seed=1)
+    body = human("walking", resolution=RESOLUTION, seed=1)
     mesh = triangle_mesh(5.0 * body.vertices, body.faces)
     side = mesh.vertices[:, 0] / np.ptp(mesh.vertices[:, 0])
     faces = mesh.faces[(side[mesh.faces] > np.median(side) - 0.1).all(axis=1)]
@@ -39,7 +40,7 @@ def half() -> tuple[Shape, IntArray]:
 @pytest.fixture(scope="module")
 def without_leg() -> tuple[Shape, IntArray]:
     """The walking body without a leg, and its vertices of the whole."""
-    body = human("walking", resolution=1500, seed=1)
+    body = human("walking", resolution=RESOLUTION, seed=1)
     mesh = triangle_mesh(body.vertices, body.faces)
     side, height, _ = mesh.vertices.T
     leg = (side > np.median(side)) & (height < np.quantile(height, 0.3))
@@ -111,7 +112,7 @@ def test_the_overlap_is_told(
 def test_vertices_without_a_partner_are_not_mapped(of_whole: Match, of_part: Match) -> None:
     assert of_whole.dense is not None
     assert of_part.dense is not None
-    assert len(of_whole.dense.source) < 1500
+    assert len(of_whole.dense.source) < RESOLUTION
     assert of_part.dense.inverse is not None
     np.testing.assert_array_equal(of_whole.dense.source, of_part.dense.inverse.source)
 
@@ -135,7 +136,7 @@ def test_a_body_without_a_leg_is_detected_as_a_part(
 
 
 def test_whole_surfaces_are_no_parts(whole: Shape) -> None:
-    body = human("walking", resolution=1500, seed=2)
+    body = human("walking", resolution=RESOLUTION, seed=2)
     found = match(whole, Shape(triangle_mesh(body.vertices, body.faces)), OPTIONS)
     assert found.overlap is None
 

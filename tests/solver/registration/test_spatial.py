@@ -117,7 +117,8 @@ def test_so_does_the_map_of_a_part(bones: Bones) -> None:
     faces = other.faces[np.isin(other.faces, kept).all(axis=1)]
     kept = np.unique(faces)
     part = triangle_mesh(other.vertices[kept], np.searchsorted(kept, faces))
-    found = register_part(bones.target, Shape(part), Control())
+    scale = float(np.sqrt(whole.area / part.area))
+    found = register_part(bones.target, Shape(part), Control(), scale)
     assert found is not None
     _, triangles, barycentric = found.to_whole
     images = np.einsum("nc,ncd->nd", barycentric, whole.vertices[whole.faces[triangles]])

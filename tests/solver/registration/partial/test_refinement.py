@@ -36,8 +36,10 @@ def right(whole: Shape, kept: IntArray) -> RefinedPart:
     faces = whole.mesh.faces[np.isin(whole.mesh.faces, kept).all(axis=1)]
     assert (np.unique(faces) == kept).all()
     part = Shape(triangle_mesh(whole.mesh.vertices[kept], np.searchsorted(kept, faces)))
-    candidates = search_part(whole, part, Control())
-    return refine_candidates(whole, part, candidates, Control(), entire=True, rescaled=True)[0].part
+    scale = float(np.sqrt(whole.mesh.area / part.mesh.area))
+    candidates = search_part(whole, part, Control(), scale)
+    best, *_ = refine_candidates(whole, part, candidates, Control(), entire=True, rescaled=False)
+    return best.part
 
 
 @pytest.fixture(scope="module")

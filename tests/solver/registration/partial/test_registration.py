@@ -33,7 +33,7 @@ def cut(mesh: TriangleMesh, kept: BoolArray, scale: float = SCALE) -> tuple[Tria
 
 @pytest.fixture(scope="module")
 def whole() -> Shape:
-    body = human("walking", resolution=1500)
+    body = human("walking", resolution=700)
     return Shape(triangle_mesh(body.vertices, body.faces))
 
 
@@ -82,7 +82,7 @@ def test_every_vertex_of_a_part_goes_back_where_it_was(
 def test_a_part_of_many_vertices_is_searched_on_fewer(
     whole: Shape, without_a_leg: tuple[Shape, IntArray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reduction, "MANY_VERTICES", 650)
+    monkeypatch.setattr(reduction, "MANY_VERTICES", 300)
     part, vertices = without_a_leg
     found = register_part(whole, part, Control(), scale=1.1)
     assert found is not None
