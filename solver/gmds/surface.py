@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh import TriangleMesh
+from solver.mesh import TriangleMesh, at_vertices
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +38,7 @@ class SurfacePoints:
         vertices
             (N,) vertex indices. Of the triangles that share one, the first is taken.
         """
-        corners = mesh.faces.ravel()
-        first = np.full(mesh.n_vertices, len(corners), dtype=np.int64)
-        np.minimum.at(first, corners, np.arange(len(corners)))
-        faces, corner = np.divmod(first[vertices], 3)
-        return cls(faces, np.eye(3)[corner])
+        return cls(*at_vertices(mesh, vertices))
 
     def nearest_vertices(self, mesh: TriangleMesh) -> IntArray:
         """(N,) of the three corners of each point's triangle, the one that lies nearest."""

@@ -18,7 +18,7 @@ from solver.matching.result import Match
 from solver.matching.whole import match_whole
 from solver.registration import STAGE, Registration, first_registration
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.confidence import EXACT
+from solver.registration.confidence import CONTRADICTED, EXACT
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
@@ -136,9 +136,12 @@ def _match_possible_overlap(
         return found
     if not _are_whole(registration, known, points, last):
         return _matched_part(known, options, last) or found
-    if known.ahead and registration.confidence.probability >= known.probability:
+    agreed = known.surfaces.confidence
+    if CONTRADICTED in registration.confidence.reasons:
+        agreed = agreed.against_landmarks()
+    if known.ahead and registration.confidence.probability >= agreed.probability:
         return found
-    return replace(found, confidence=known.surfaces.confidence)
+    return replace(found, confidence=agreed)
 
 
 def _lacks(registration: Registration, part: str, control: Control) -> bool:

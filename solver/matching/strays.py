@@ -5,7 +5,7 @@ better without a component that the other shape does not have.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -73,11 +73,12 @@ def without_strays(
     if not any(loose):
         return shapes
     with control.stage(STAGE):
-        found, best = _tried(shapes, _every(shapes), control), None
+        reduced = _Reduced(shapes)
+        found, best = _tried(reduced, _every(shapes), control), None
         while found is not best:
             best = found
             trials = [
-                _tried(shapes, kept, control, best.left_out + count)
+                _tried(reduced, kept, control, best.left_out + count)
                 for kept, count in control.in_time(_fewer(best.kept, loose))
                 if count == 1 or not best.is_sure
             ]
@@ -136,11 +137,10 @@ class _Trial:
     is_sure: bool
 
 
-def _tried(shapes: Shapes, kept: Kept, control: Control, left_out: int = 0) -> _Trial:
+def _tried(reduced: "_Reduced", kept: Kept, control: Control, left_out: int = 0) -> _Trial:
     """Register some components of both shapes, reduced."""
-    source, target = (_reduced(*one) for one in zip(shapes, kept, strict=True))
     try:
-        found = first_registration(source, target, control)
+        found = first_registration(*reduced.of(kept), control)
     except MeshError:
         found = None
     if found is None:
@@ -166,7 +166,7 @@ def _loose_of(mesh: TriangleMesh, landmarks: IntArray) -> list[IntArray]:
     if mesh.components == 1:
         return []
     shares = component_areas(mesh) / mesh.area
-    ascending = np.argsort(shares)
+    ascending = np.argsort(shares, kind="stable")
     first_large = int(np.searchsorted(shares[ascending], _LEAST_SHARE))
     small, large = ascending[:first_large], ascending[first_large:][-_MOST:]
     found = [] if shares[small].sum() < _LEAST_SHARE else [small]
@@ -194,6 +194,31 @@ def _fewer(kept: Kept, loose: Loose) -> Iterator[tuple[Kept, int]]:
 def _shapes_of(out: tuple[IntArray, IntArray]) -> int:
     """Of how many shapes something is left out."""
     return sum(len(one) > 0 for one in out)
+
+
+@dataclass(frozen=True, eq=False)
+class _Reduced:
+    """What is kept of both shapes, reduced; each with its spectrum, once.
+
+    Parameters
+    ----------
+    shapes
+        The shapes X and Y.
+    """
+
+    shapes: Shapes
+    _known: dict[tuple[int, bytes], Shape] = field(default_factory=dict, init=False, repr=False)
+
+    def of(self, kept: Kept) -> Shapes:
+        """Return the components of both that are kept."""
+        source, target = (self._of(number, one) for number, one in enumerate(kept))
+        return source, target
+
+    def _of(self, number: int, kept: BoolArray) -> Shape:
+        key = number, kept.tobytes()
+        if key not in self._known:
+            self._known[key] = _reduced(self.shapes[number], kept)
+        return self._known[key]
 
 
 def _reduced(shape: Shape, kept: BoolArray) -> Shape:

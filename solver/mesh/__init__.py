@@ -1,6 +1,7 @@
 """Triangle meshes: reading, repair, components, normals, curvature, simplification, projection."""
 
 from solver.mesh.components import component_areas, largest_component, of_components
+from solver.mesh.corners import at_vertices
 from solver.mesh.file_contents import mapped_surface, textured_surface
 from solver.mesh.mean_curvature import mean_curvature_measures
 from solver.mesh.nearest_points import descend, nearest_in_fan, nearest_in_triangle, project
@@ -13,6 +14,7 @@ from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
 __all__ = [
     "MESH_FORMATS",
     "TriangleMesh",
+    "at_vertices",
     "component_areas",
     "descend",
     "face_normals",

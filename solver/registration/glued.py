@@ -17,9 +17,11 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import MeshError
+from solver.mesh import at_vertices
 from solver.registration.candidates import Points
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
 from solver.registration.confidence import Confidence, margin_of, refined_confidence
+from solver.registration.congruence import congruent_vertices
 from solver.registration.opening import (
     CREASES,
     Crease,
@@ -125,6 +127,13 @@ class OpenedCandidate:
             The source's Laplacian cannot be factored.
         """
         ours, theirs = self.openings
+        control.check()
+        if (images := self._congruent) is not None:
+            back = np.argsort(images)
+            return (
+                _of_whole((images, *at_vertices(theirs.shape.mesh, images)), ours, theirs),
+                _of_whole((back, *at_vertices(ours.shape.mesh, back)), theirs, ours),
+            )
         found = refine_candidate(self.task, self.candidate, control)
         return _of_whole(found.forward, ours, theirs), _of_whole(found.back, theirs, ours)
 
@@ -154,8 +163,16 @@ class OpenedCandidate:
         task = self.task
         return SurfaceMap.of(task.source, task.target, self.candidate.alignment, self.reflected)
 
+    @cached_property
+    def _congruent(self) -> IntArray | None:
+        """(V,) as :meth:`_untorn`, where a rigid motion maps one surface to the other."""
+        surfaces = self.task.source.mesh, self.task.target.mesh
+        return congruent_vertices(*surfaces, self._map.images())
+
     def _untorn(self, control: Control) -> IntArray:
         """(V,) vertices of what is left of the target that those of the source go to."""
+        if self._congruent is not None:
+            return self._congruent
         images, task = self._map.images(), self.task
         off = torn_off(task.source.mesh, task.positions[images])
         if off.mean() < LEAST_TORN_OFF:

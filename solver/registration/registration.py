@@ -329,4 +329,4 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
     if found is None or found[1].probability < known.confidence.probability:
         return known
     opened, confidence = found
-    return replace(known, opened=opened, confidence=confidence)
+    return replace(known, opened=opened, confidence=confidence.of_opened())

@@ -115,7 +115,7 @@ def search(
     scores = [one.fit.score for one in found]
     beyond_doubt = known.probability >= _BEYOND_DOUBT and not has_rivals(found)
     if control.expired or (beyond_doubt and (scores[0] < EXACT or not _has_rotations(task))):
-        return Found(tuple(found), known.among(scores, EXACT))
+        return Found(tuple(found), _among_fits(known, found))
     try:
         further = _FurtherSearch(task, reduced(FEW_VERTICES), known, control)
         best = best_compared(further.run(coarse, [*found, *halfway], hypotheses, others=others))
@@ -139,7 +139,7 @@ def search(
             )
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
-        return Found(tuple(found), known)
+        return Found(tuple(found), _among_fits(known, found))
     chosen, *rest = (one.candidate for one in best)
     return Found((*register_finely(task, [chosen], control), *rest), said)
 
@@ -167,7 +167,12 @@ def first_found(task: Task, hypotheses: Sequence[Points], control: Control) -> F
         Through `control`.
     """
     _, _, found = _begun(task, hypotheses, control)
-    return Found(tuple(found), confidence_in(found, control))
+    return Found(tuple(found), _among_fits(confidence_in(found, control), found))
+
+
+def _among_fits(known: Confidence, found: Sequence[Candidate]) -> Confidence:
+    """Confidence in the first candidate, of which others may be exact, too."""
+    return known.among([one.fit.score for one in found], EXACT)
 
 
 def _begun(

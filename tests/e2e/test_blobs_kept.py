@@ -27,7 +27,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def cluster(folder: Path) -> Iterator[Cluster]:
-    with running_cluster(folder) as cluster:
+    with running_cluster(folder, workers=1) as cluster:
         yield cluster
 
 
@@ -104,7 +104,7 @@ def test_a_backup_of_a_running_service_is_restored(
         cluster.until(lambda: uploads.accepted >= 3, 120)
         copied(folder / "blobs", tmp_path / "blobs", ".")
         client.config_set("auto-aof-rewrite-percentage", 100)
-    with running_cluster(tmp_path) as restored:
+    with running_cluster(tmp_path, workers=1) as restored:
         assert restored.http.get("/health/ready").status_code == 200
         assert 1 <= whole(restored) <= whole(cluster)
         assert restored.http.get(before["links"]["result"]).json() == result

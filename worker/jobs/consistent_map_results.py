@@ -20,7 +20,7 @@ from solver.control import Control
 from solver.registration import Confidence, DenseCorrespondence
 from solver.shape import Shape
 from worker.jobs.match_results import confidence_of
-from worker.jobs.registration_warnings import possible_parts
+from worker.jobs.registration_warnings import boundary_of, possible_parts
 
 Pair = tuple[int, int]
 
@@ -237,8 +237,7 @@ def _warnings(
         for name, one in zip(named, collection.shapes, strict=True)
         if isinstance(one, Shape)
     ]
-    # Gaps of a point cloud are no boundary.
-    boundaries = [0.0 if mesh.is_cloud else mesh.relative_boundary for _, mesh in usable]
+    boundaries = [boundary_of(mesh) for _, mesh in usable]
     parts = possible_parts([name for name, _ in usable], boundaries, min(boundaries))
     return (
         *(f"{name}: {warning}" for name, mesh in usable for warning in mesh.warnings),

@@ -95,10 +95,14 @@ def possible_parts(names: Sequence[str], boundaries: Sequence[float], whole: flo
     )
 
 
+def boundary_of(mesh: TriangleMesh) -> float:
+    """Length of the boundary of a surface over √area; gaps of a point cloud are none."""
+    return 0.0 if mesh.is_cloud else mesh.relative_boundary
+
+
 def parts_as_wholes(source: TriangleMesh, target: TriangleMesh) -> tuple[str, ...]:
     """Warn of a shape that looks like a part of the other, and is matched as a whole."""
-    # Gaps of a point cloud are no boundary.
-    ours, theirs = (0.0 if mesh.is_cloud else mesh.relative_boundary for mesh in (source, target))
+    ours, theirs = boundary_of(source), boundary_of(target)
     part = possible_parts(("source", "target"), (ours, theirs), min(ours, theirs))
     if not part:
         return ()

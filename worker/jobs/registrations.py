@@ -32,7 +32,7 @@ from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.registered_files import rows_of_file
-from worker.jobs.registration_warnings import doubtful_specimens, unlike_sizes
+from worker.jobs.registration_warnings import boundary_of, doubtful_specimens, unlike_sizes
 from worker.jobs.shape_names import shape_names
 
 _LEAST_VERTICES: Final = 4
@@ -147,7 +147,7 @@ def _result(
                 registered_names,
                 [_probability(one) for _, one in registered],
                 [one.boundary for _, one in registered],
-                mesh.relative_boundary,
+                boundary_of(mesh),
             ),
             *(() if payload.scale else unlike_sizes(registered_names, sizes)),
         ),
@@ -173,7 +173,7 @@ def _registered(
         if found.dense is None:
             return _TIME_UP if control.expired else "its surface could not be registered"
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
-        return _Registered(found, registered, specimen.mesh.relative_boundary)
+        return _Registered(found, registered, boundary_of(specimen.mesh))
     except (*SHAPE_FAILURES, MeshError, OptionError) as error:
         return reason_of(error)
 

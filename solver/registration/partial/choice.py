@@ -105,7 +105,7 @@ def choose_parts(
 ) -> list[list[PartCandidate]]:
     """Register populations of candidates in stages.
 
-    They do not compete with one another. A candidate that several have is registered once.
+    They do not compete with one another.
 
     Parameters
     ----------
@@ -127,17 +127,16 @@ def choose_parts(
     Cancelled
         Through `control`.
     """
-    prepared = [(stage, task.samples(stage), dict[Start, PartCandidate]()) for stage in stages]
+    prepared = [(stage, task.samples(stage)) for stage in stages]
     chosen = []
     for population in populations:
         starts, found = population, list[PartCandidate]()
-        for stage, samples, registered in prepared:
-            found = []
-            for start in control.in_time(starts, least=1):
-                if start not in registered:
-                    registered[start] = register_part_candidate(task, samples, start, stage.sizes)
-                found.append(registered[start])
-            found = ranked_parts(task, found, stage)
+        for stage, samples in prepared:
+            registered = [
+                register_part_candidate(task, samples, start, stage.sizes)
+                for start in control.in_time(starts, least=1)
+            ]
+            found = ranked_parts(task, registered, stage)
             starts = [one.start for one in found]
         chosen.append(found)
     return chosen

@@ -5,6 +5,7 @@ from types import MappingProxyType
 
 from solver.registration.confidence import (
     LITTLE,
+    SURE,
     Confidence,
     margin_of,
     measured_margin,
@@ -65,8 +66,8 @@ def part_confidence(
     # Where nothing overlaps, there is no answer that could be right.
     probability = probability_of(measures, weights, intercept) if best.share else 0.0
     reasons = reasons_for_doubt(probability, margin, complete)
-    if covered < _COVERED:
-        probability *= covered / _COVERED
+    probability *= min(covered / _COVERED, 1.0)
+    if covered < _COVERED and probability < SURE:
         reasons = (LITTLE, *reasons)
     found = Confidence(probability, reasons, MappingProxyType(measures))
     return found.among([one.score for one in fits], _EXACT)

@@ -90,7 +90,7 @@ def search_part(
             size = 1.0 if scale is None else scale
             populations.append([(first_alignment(task.whole, task.part, wholly, size), size)])
         overlapping = choose_parts(task, populations, OF_OVERLAP_STAGES, control)
-        return list(dict.fromkeys(chain.from_iterable(overlapping)))
+        return list(chain.from_iterable(overlapping))
     samples = task.samples(OF_PART_STAGES[0])
     starts += [(alignment_by_distances((whole, part), samples, *one), one[1]) for one in labellings]
     return choose_parts(task, [starts], OF_PART_STAGES, control)[0]

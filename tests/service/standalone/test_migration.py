@@ -19,7 +19,7 @@ def test_an_earlier_data_directory_is_migrated(tmp_path: Path) -> None:
         client.set(DEFAULT_KEYS.shape_upload(SHAPE), b"as it was uploaded", ex=1000)
     server.stop()
     for _ in range(2):
-        with service(data, tmp_path / "log") as running:
+        with service(data, tmp_path / "log", ISOMATCH_WORKERS="0") as running:
             mesh = running.http.get(f"/v1/shapes/{SHAPE}/mesh")
             assert (mesh.status_code, mesh.content) == (200, b"as it was uploaded")
             running.end()

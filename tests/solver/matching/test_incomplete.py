@@ -8,9 +8,11 @@ import pytest
 from bench.holes import with_holes
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import Match, MatchOptions, match
-from solver.registration.confidence import RIVAL
-from solver.shape import Shape
+from solver.mesh import triangle_mesh
+from solver.registration.confidence import CONTRADICTED, RIVAL
+from solver.shape import Shape, euclidean_farthest_points
 from synthetic import human
+from tests.solver import shapes
 from tests.solver.matching.test_overlap import body
 
 RESOLUTION = 1200
@@ -67,6 +69,27 @@ def test_surfaces_that_fit_otherwise_too_are_doubted(rest: FloatArray) -> None:
     assert found.confidence is not None
     assert found.confidence.probability < 0.6
     assert RIVAL in found.confidence.reasons
+
+
+def test_wholes_with_boundaries_that_contradict_a_landmark_are_doubted() -> None:
+    """Though registrations as wholes and as parts agree."""
+    blob = shapes.blob(3)
+    height = blob.vertices[:, 2]
+    kept = np.flatnonzero(height < np.quantile(height, 0.93))
+    faces = blob.faces[np.isin(blob.faces, kept).all(axis=1)]
+    kept = np.unique(faces)
+    cut = triangle_mesh(blob.vertices[kept], np.searchsorted(kept, faces))
+    places = cut.vertices
+    bent = triangle_mesh(places * (1.0 + 0.06 * np.sin(3.0 * places[:, [1, 2, 0]])), cut.faces)
+    *right, wrong = euclidean_farthest_points(places, 9)[[0, 1, 2, 3, 4, 5, 8]].tolist()
+    away = np.linalg.norm(places - places[wrong], axis=1) / np.sqrt(cut.area)
+    marks = (*((one, one) for one in right), (wrong, int(np.abs(away - 0.25).argmin())))
+    found = match(Shape(cut), Shape(bent), MatchOptions(points=16, landmarks=marks))
+    assert found.overlap is None
+    assert any(one.startswith("landmarks.6") for one in found.warnings)
+    assert found.confidence is not None
+    assert CONTRADICTED in found.confidence.reasons
+    assert found.confidence.probability <= 0.5
 
 
 def test_surfaces_with_small_holes_are_whole(rest: FloatArray) -> None:

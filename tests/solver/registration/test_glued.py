@@ -10,12 +10,12 @@ from solver.registration import glued as module
 from solver.registration import reduction
 from solver.registration.candidates import Points
 from solver.registration.choice import Task
-from solver.registration.confidence import Confidence
+from solver.registration.confidence import OPENED, Confidence
 from solver.registration.glued import OpenedCandidate, search_opened
 from solver.registration.opening import Crease, VertexMaps
 from solver.registration.reduction import ReducedTask
 from solver.registration.refinement import refine_on_few
-from solver.registration.registration import Registration
+from solver.registration.registration import Registration, register
 from solver.shape import Shape
 from synthetic import Transformed, glued, human, near_in_space
 from tests.solver import shapes
@@ -150,6 +150,15 @@ def test_smooth_surfaces_are_not_opened() -> None:
     sphere = Shape(shapes.icosphere(3))
     every = np.arange(sphere.n_vertices)
     assert search_opened(sphere, sphere, VertexMaps(every, every), _none, np.inf, Control()) is None
+
+
+def test_a_ring_that_is_opened_until_it_fits_a_ball_is_doubted() -> None:
+    ring, ball = Shape(shapes.torus()), Shape(shapes.icosphere(3))
+    found = register(ring, ball, (), Control(), rematch=_none)
+    assert found is not None
+    assert found.glued
+    assert OPENED in found.confidence.reasons
+    assert not found.confidence.is_sure
 
 
 def _none(ours: Shape, theirs: Shape) -> list[Points]:
