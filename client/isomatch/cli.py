@@ -220,9 +220,11 @@ def upload(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Upload meshes; the same file again costs nothing. One that cannot be read is named."""
-    if file_type is None and not all(Path(mesh).suffix for mesh in meshes):
+    there = [mesh for mesh in meshes if mesh == "-" or Path(mesh).is_file()]
+    nameless = [mesh for mesh in there if not Path(mesh).suffix]
+    if file_type is None and nameless:
         message = "the name does not tell the format; give it, as in --file-type off"
-        raise typer.BadParameter(message, param_hint="MESHES")
+        raise typer.BadParameter(f"{', '.join(nameless)}: {message}", param_hint="MESHES")
     with connected(url, as_json) as client:
         shapes, failures = [], Failures(as_json)
         for mesh in meshes:

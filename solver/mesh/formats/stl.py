@@ -1,5 +1,7 @@
 """Stereolithography (STL), binary and text: triangles without shared vertices, which are merged."""
 
+import codecs
+
 import numpy as np
 
 from solver.arrays import FloatArray
@@ -39,6 +41,7 @@ def read_stl(data: bytes) -> TriangleSoup:
     """
     corners = _binary_corners(data)
     if corners is None:
+        data = data.removeprefix(codecs.BOM_UTF8)  # text editors write it
         if data[:512].lstrip()[:5].lower() != b"solid" or b"\0" in data:
             raise MeshError(
                 "the STL file is cut off, damaged or no STL file: its length is not that of the "

@@ -62,7 +62,10 @@ def read_csv(data: bytes) -> list[Attribute]:
         raise TransferError("the first line of the CSV file needs a different name for each column")
     check_size(len({*names} - {*_NUMBERED, *CHANNELS}), len(rows) - 1)
     if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
-        raise TransferError("columns of the CSV file must be separated by commas, and 1.5 is 1.5")
+        raise TransferError(
+            "columns of the CSV file must be separated by commas, and decimals by a point, as in"
+            " 1.5"
+        )
     for number, row in enumerate(rows[1:]):
         if len(row) != len(names):
             raise TransferError(

@@ -30,6 +30,11 @@ def test_several_solids_in_a_text_stl_are_one_mesh() -> None:
     assert read_mesh(upper + lower, "stl").faces.tolist() == TWO
 
 
+def test_a_text_stl_may_begin_with_a_byte_order_mark() -> None:
+    text = mesh_files.text_stl(SQUARE, np.array(TWO))
+    assert read_mesh(b"\xef\xbb\xbf" + text, "stl").faces.tolist() == TWO
+
+
 def test_stl_names_are_not_read() -> None:
     text = mesh_files.text_stl(SQUARE, np.array(TWO))
     text = text.replace(b"solid shape", b"solid vertex 1 2 3 normal endsolid")
