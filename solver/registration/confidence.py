@@ -33,8 +33,8 @@ SURE = 0.9
 """Probability from which no reason for doubt is given."""
 
 _OPENED = 0.8
-"""Share of the probability that is left of an answer on opened surfaces, which is never sure: of
-such pairs of TOPKIDS some three in ten are wrong, and a ring can be opened until it fits a ball."""
+"""Share of the probability that is left of an answer on opened surfaces, which is never sure: a
+ring can be opened until it fits a ball, and of eight such pairs of TOPKIDS one is wrong."""
 
 _EITHER = 0.5
 """Share of the probability that is left where one of two may be wrong."""
