@@ -107,7 +107,7 @@ class OpenedCandidate:
         """Return the maps of all vertices of the whole shapes, before any refinement."""
         ours, theirs = self.openings
         return VertexMaps(
-            theirs.vertices[self._map.images()[ours.places]],
+            theirs.vertices[self._nearest[ours.places]],
             ours.vertices[self._map.inverse()[0][theirs.places]],
         )
 
@@ -164,16 +164,21 @@ class OpenedCandidate:
         return SurfaceMap.of(task.source, task.target, self.candidate.alignment, self.reflected)
 
     @cached_property
+    def _nearest(self) -> IntArray:
+        """(V,) vertices of what is left of the target that eigenfunctions alone map to."""
+        return self._map.images()
+
+    @cached_property
     def _congruent(self) -> IntArray | None:
         """(V,) as :meth:`_untorn`, where a rigid motion maps one surface to the other."""
         surfaces = self.task.source.mesh, self.task.target.mesh
-        return congruent_vertices(*surfaces, self._map.images())
+        return congruent_vertices(*surfaces, self._nearest)
 
     def _untorn(self, control: Control) -> IntArray:
         """(V,) vertices of what is left of the target that those of the source go to."""
         if self._congruent is not None:
             return self._congruent
-        images, task = self._map.images(), self.task
+        images, task = self._nearest, self.task
         off = torn_off(task.source.mesh, task.positions[images])
         if off.mean() < LEAST_TORN_OFF:
             return images
