@@ -155,10 +155,11 @@ def find_part(
 def _is_bent_onto(source: Shape, target: Shape) -> bool:
     """Return whether the target is bent onto the source, of two parts.
 
-    The one with less boundary is bent: its eigenfunctions know less of cuts. So the roles of the
-    two in the match do not matter.
+    The one with less boundary is bent: its eigenfunctions know less of cuts. Of two with as much,
+    it is the larger one. So the roles of the two in the match do not matter.
     """
-    return source.mesh.relative_boundary > target.mesh.relative_boundary
+    ours, theirs = ((one.mesh.relative_boundary, -one.mesh.area) for one in (source, target))
+    return ours > theirs
 
 
 def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Match:

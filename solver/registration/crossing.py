@@ -7,7 +7,7 @@ begins. Compare the crossover of genetic algorithms (Holland, "Adaptation in nat
 systems", 1975) and fusion moves (Lempitsky, Rother, Roth, Blake, IEEE TPAMI 32(8), 2010).
 """
 
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +34,7 @@ _FEW = 0.05
 """Share of the samples that has to come from each of both."""
 
 
-Crossed = set[frozenset[Hashable]]
+Crossed = set[frozenset[Candidate]]
 """Pairs of candidates that are crossed already."""
 
 
@@ -101,7 +101,7 @@ def crossed_pairs(
             yield Pairs(*mutual_nearest_points(ours, embedded[first][1]))
 
 
-def uncrossed(candidates: Sequence[Hashable], crossed: Crossed) -> Iterator[tuple[int, int]]:
+def uncrossed(candidates: Sequence[Candidate], crossed: Crossed) -> Iterator[tuple[int, int]]:
     """Yield places of the best candidates and of others that they are not crossed with yet.
 
     Parameters

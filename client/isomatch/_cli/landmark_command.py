@@ -181,7 +181,7 @@ def landmarks(
                 output.add(stem_of(specimen), found)
         if as_json:
             echo_models(document_of(name, found) for name, found in output.found.items())
-        else:
+        elif output.found:
             print_landmarks(output.found, render.standard_output())
         if failures.names and not as_json:
             typer.echo(f"isomatch: no landmarks for {', '.join(failures.names)}", err=True)

@@ -58,7 +58,13 @@ def start_transfer(
     webhook: Webhook | None,
     key: str | None,
 ) -> Operation[JobRecord]:
-    """Queue a transfer, of an attribute file that is uploaded first if it is not yet."""
+    """Queue a transfer, of an attribute file that is uploaded first if it is not yet.
+
+    Raises
+    ------
+    TypeError
+        A landmark is neither a vertex nor a point, or the result of the match was given.
+    """
     body: dict[str, Json] = {"match": id_of(match), "what": what, "direction": direction}
     if isinstance(values, Attributes):
         body["attributes"] = values.id
@@ -80,5 +86,10 @@ def start_transfer(
 def _point(given: Landmark) -> Json:
     if isinstance(given, SurfacePoint):
         return {"vertices": list(given.vertices), "weights": list(given.weights)}
-    # `int` would make a vertex of 0.5, too.
-    return given if isinstance(given, Mapping) else operator.index(given)
+    if isinstance(given, Mapping):
+        return given
+    try:
+        return operator.index(given)  # `int` would make a vertex of 0.5, too
+    except TypeError:
+        form = "a vertex, or a point with `vertices` and `weights`"
+        raise TypeError(f"give each landmark as {form}, not {given!r:.60}") from None

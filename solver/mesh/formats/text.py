@@ -10,10 +10,14 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 
 _NO_NUMBER: Final = re.compile(
-    r"(?:(invalid literal for int)\(\) with base 10|could not convert string to float): '(.*)'",
+    r"(?:(?P<whole>invalid literal for int)\(\) with base 10:"
+    r"|could not convert string(?: to float:)?)"
+    r" '(?P<word>.*)'(?: to float64 at row (?P<row>\d+), column \d+\.)?",
     re.DOTALL,
 )
-"""What Python says of a word that is no number."""
+"""What Python and NumPy say of a word that is no number."""
+
+_DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
 
 
 def decode(data: bytes) -> str:
@@ -147,7 +151,10 @@ def plain_reason(error: Exception) -> str:
     said = str(error)
     if said.startswith("Exceeds the limit"):
         return "a number in it has too many digits"
-    no_number = _NO_NUMBER.match(said)
-    if no_number:
-        return f"{no_number[2][:40]!r} is no {'whole ' if no_number[1] else ''}number"
+    found = _NO_NUMBER.match(said)
+    if found:
+        kind = "whole number" if found["whole"] else "number"
+        about = [] if found["row"] is None else [f"row {found['row']}, counted from 0"]
+        about += ["write a decimal point"] if _DECIMAL_COMMA.fullmatch(found["word"]) else []
+        return f"{found['word'][:40]!r} is no {kind}" + (f" ({'; '.join(about)})" if about else "")
     return said.partition(";")[0].rstrip(".")

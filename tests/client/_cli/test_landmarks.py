@@ -45,6 +45,9 @@ def test_a_file_for_each_specimen_and_one_that_fails(
     assert f"{broken}: not a" in done.stderr
     assert f"no landmarks for {broken}" in done.stderr.splitlines()[-1]
     assert f"2 of 2: {blobs[1]}" in done.stderr
+    assert "specimen" in done.stdout
+    none = run("landmarks", blobs[0], template, broken, "-o", out, *QUICK, url=url)
+    assert (none.returncode, none.stdout) == (1, "")
     (link,) = [one for one in done.stderr.splitlines() if one.startswith("in a browser: ")]
     with isomatch.Client(url) as client:
         assert client.job(link.removeprefix(f"in a browser: {url}/#job=")).state == "succeeded"

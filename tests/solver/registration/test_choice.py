@@ -235,11 +235,16 @@ def test_one_candidate_alone_is_not_crossed(
     assert cross(task, alone, set(), Control()) == alone
 
 
-def test_no_two_candidates_are_crossed_twice() -> None:
+def test_no_two_candidates_are_crossed_twice(
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    points = surfaces[0].samples.vertices[:60]
+    begun = starting_at(surfaces, [(points, points)])
+    a, b, c, d = (choose(task_of(surfaces), begun, COARSE, Control())[0] for _ in range(4))
     crossed: Crossed = set()
-    assert list(uncrossed("abc", crossed)) == [(0, 1), (0, 2), (1, 2)]
-    assert list(uncrossed("cbda", crossed)) == [(0, 2), (1, 2), (2, 3)]
-    assert list(uncrossed("abcd", crossed)) == []
+    assert list(uncrossed([a, b, c], crossed)) == [(0, 1), (0, 2), (1, 2)]
+    assert list(uncrossed([c, b, d, a], crossed)) == [(0, 2), (1, 2), (2, 3)]
+    assert list(uncrossed([a, b, c, d], crossed)) == []
 
 
 def test_alignments_that_are_right_miss_no_landmarks(surface: SmoothSurface) -> None:

@@ -77,6 +77,18 @@ def test_so_are_those_of_materials(word: str) -> None:
     assert skin.scale.tolist() == [2.0, 3.0]
 
 
+@pytest.mark.parametrize("where", ["coordinate of OBJ", "coordinate of OFF", "coordinate of PLY"])
+def test_decimal_commas_are_named(where: str) -> None:
+    kind, written = FILES[where]
+    with pytest.raises(MeshError, match=r"'0,5' is no number .*write a decimal point\)"):
+        READERS[kind](written("0,5").encode())
+
+
+def test_a_word_that_is_no_number_is_named_with_its_row() -> None:
+    with pytest.raises(MeshError, match=r"'three' is no number \(row 1, counted from 0\)"):
+        READERS["xyz"](b"0 0 0\n1 0 three\n0 1 0\n")
+
+
 @pytest.mark.parametrize("word", ["0x3", "1d3", "three", "--1", "1,5,2"])
 def test_a_first_point_with_a_word_that_is_no_number_is_no_header(word: str) -> None:
     with pytest.raises(MeshError, match=r"point line|decimal commas"):
