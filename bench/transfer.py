@@ -92,7 +92,8 @@ def judged(
 ) -> Carried:
     """Carry segments and a smooth function along a map, and compare with the truth."""
     assert dense.inverse is not None
-    there, back = PullBack.along(dense.inverse), PullBack.along(dense)
+    there = PullBack.along(dense.inverse, target.shape.mesh)
+    back = PullBack.along(dense, source.shape.mesh)
     return Carried(
         _agreement(source, target, there, segments),
         _agreement(target, source, back, segments),
@@ -164,7 +165,7 @@ def _loss(source: KnownShape, there: PullBack, back: PullBack) -> float:
 
 def _by_file(known: KnownShape, values: np.ndarray, missing: float) -> np.ndarray:
     ids, own = known.shape.mesh.numbering
-    rows = np.full(int(ids[-1]) + 1, missing, dtype=values.dtype)
+    rows = np.full(known.shape.mesh.vertex_rows, missing, dtype=values.dtype)
     rows[ids] = values[own]
     return rows
 

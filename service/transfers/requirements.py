@@ -108,9 +108,7 @@ def check_attributes(service: Service, attributes: str, shape: ShapeRecord, name
     if shape.file_vertices is None or shape.file_faces is None:
         return
     given = _rows(record)
-    if any(shape.vertices <= rows <= shape.file_vertices for rows in given):
-        return
-    if shape.file_faces in given:
+    if given & {shape.file_vertices, shape.file_faces}:
         return
     message = (
         f"it has {record.rows:,} rows, but {name} has {shape.file_vertices:,} vertices and"

@@ -219,6 +219,11 @@ class TriangleMesh:
         by_id = by_id[vertices[by_id] >= 0]
         return ids[by_id], vertices[by_id].astype(np.int64)
 
+    @property
+    def vertex_rows(self) -> int:
+        """Rows of values of vertices: those of its file, or as many as have the user's numbers."""
+        return int(self.numbering[0][-1]) + 1 if self.file_rows is None else self.file_rows[0]
+
     def scaled(self, factor: float) -> "TriangleMesh":
         """Return the mesh with its centre at the origin and its lengths times `factor`."""
         centre = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))

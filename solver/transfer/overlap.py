@@ -179,9 +179,9 @@ def _numbers(mesh: TriangleMesh, what: str) -> IntArray:
 
 def _count(mesh: TriangleMesh, what: str) -> int:
     """Rows of the file, or, if these are not known, of what is left of it."""
-    if mesh.file_rows is not None:
-        return mesh.file_rows[what == FACES]
-    return int(_numbers(mesh, what).max()) + 1
+    if what == VERTICES:
+        return mesh.vertex_rows
+    return int(file_faces(mesh).max()) + 1 if mesh.file_rows is None else mesh.file_rows[1]
 
 
 def file_faces(mesh: TriangleMesh) -> IntArray:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import TransferError
+from solver.mesh import TriangleMesh
 from solver.registration import DenseCorrespondence
 
 Values = npt.NDArray[Any]
@@ -29,16 +30,27 @@ class PullBack:
         (K, 3) corners of the triangle of X that holds the image of each, by the user's numbers.
     barycentric
         (K, 3) barycentric coordinates of the image there; each row sums to 1.
+    count
+        W, how many vertices the file of Y has.
     """
 
     vertices: IntArray
     corners: IntArray
     barycentric: FloatArray
+    count: int
 
     @classmethod
-    def along(cls, dense: DenseCorrespondence) -> "PullBack":
-        """Return the pull-back from the target of a map to its source."""
-        return cls(dense.source, dense.faces, dense.barycentric)
+    def along(cls, dense: DenseCorrespondence, onto: TriangleMesh) -> "PullBack":
+        """Return the pull-back along a map.
+
+        Parameters
+        ----------
+        dense
+            The map T: Y → X.
+        onto
+            The surface Y.
+        """
+        return cls(dense.source, dense.faces, dense.barycentric, onto.vertex_rows)
 
     @property
     def reached(self) -> IntArray:
@@ -103,14 +115,13 @@ class PullBack:
         values
             (K,) or (K, n).
         missing
-            Value of vertices that no face of Y uses.
+            Value of vertices that no face of Y uses, or that have no image.
 
         Returns
         -------
-        (W,) or (W, n): row i is that of vertex i; W is one more than the greatest number.
+        (W,) or (W, n): row i is that of vertex i.
         """
-        count = int(self.vertices.max(initial=-1)) + 1
-        found = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
+        found = np.full((self.count, *values.shape[1:]), missing, dtype=values.dtype)
         found[self.vertices] = values
         return found
 

@@ -29,15 +29,13 @@ def with_rows_known(
     OptionError
         A number of rows is none of the two, or skinning weights are of faces.
     """
-    used = int(mesh.numbering[0][-1]) + 1
-    # What was carried ends with the last vertex that a face uses. Shapes of earlier versions do not
-    # know the rows of their files.
-    vertices, faces = mesh.file_rows or (used, None)
-    fit: dict[str, set[int | None]] = {VERTICES: {used, vertices}, FACES: {faces}}
+    # Shapes of earlier versions do not know the faces of their files.
+    vertices, faces = mesh.vertex_rows, mesh.file_rows and mesh.file_rows[1]
+    rows = {VERTICES: vertices, FACES: faces}
     found = []
     for one in given:
         possible = (VERTICES, FACES) if one.on is None else (one.on,)
-        fitting = [on for on in possible if len(one.values) in fit[on]]
+        fitting = [on for on in possible if len(one.values) == rows[on]]
         if not fitting:
             has = f"{vertices} vertices and {'unknown' if faces is None else faces} faces"
             raise OptionError("attributes", _misfit(one, has, mesh, payload.source))

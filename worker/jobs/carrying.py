@@ -145,9 +145,9 @@ def _carry_landmarks(request: TransferRequest) -> Carried:
 def _carry_texture(request: TransferRequest) -> Carried:
     request.control.report("sampling the texture", 0.5)
     back = request.back()
-    pixels = PullBack.along(back)
+    pixels = PullBack.along(back, request.target())
     colors = _texture_colors(request.payload, back, pixels, request.store)
-    return Carried((colors,), warnings=_without_value(colors, pixels))
+    return Carried((colors,), warnings=_without_value([colors], [pixels]))
 
 
 def _carry_texture_coordinates(request: TransferRequest) -> Carried:
@@ -171,7 +171,7 @@ def _carry_values(request: TransferRequest) -> Carried:
     for of in dict.fromkeys(one.on or VERTICES for one in chosen):
         pointwise = FACES not in (onto, of)
         ways[of] = (
-            PullBack.along(back)
+            PullBack.along(back, target)
             if pointwise
             else transfer.overlap_of(target, back, source, onto, of)
         )
@@ -179,8 +179,8 @@ def _carry_values(request: TransferRequest) -> Carried:
         transfer.carried(one, payload.what, ways[one.on or VERTICES], payload.influences, onto)
         for one in chosen
     ]
-    last = ways[chosen[-1].on or VERTICES]
-    return Carried(tuple(carried), warnings=_without_value(carried[-1], last))
+    along = [ways[one.on or VERTICES] for one in chosen]
+    return Carried(tuple(carried), warnings=_without_value(carried, along))
 
 
 _CARRIERS: Final[Mapping[TransferKind, Callable[[TransferRequest], Carried]]] = {
@@ -208,7 +208,7 @@ def solver_map(
 def colors_of_file(mesh: TriangleMesh, colors: FloatArray) -> Attribute:
     """Return (V, 3) colours of a mesh by the vertex numbers of its file."""
     ids, own = mesh.numbering
-    rows = np.zeros((int(ids[-1]) + 1, 3))
+    rows = np.zeros((mesh.vertex_rows, 3))
     rows[ids] = colors[own]
     return Attribute(COLORS_NAME, rows, CHANNELS)
 
@@ -288,24 +288,37 @@ def _without_image(points: Sequence[SurfacePoint | None]) -> tuple[str, ...]:
     missing = [str(place) for place, one in enumerate(points) if one is None]
     if not missing:
         return ()
-    more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
     return (
         f"{len(missing)} of {len(points)} landmarks are missing, as they have no partner or are not"
-        f" part of the mapped surface: points {', '.join(missing[:_NAMED])}{more}, counted from 0",
+        f" part of the mapped surface: points {_some(missing)}, counted from 0",
     )
 
 
-def _without_value(carried: Attribute, along: Along) -> tuple[str, ...]:
+def _without_value(carried: Sequence[Attribute], along: Sequence[Along]) -> tuple[str, ...]:
     """How many rows have no value, and why, if some have none."""
-    of, rows = carried.on or VERTICES, len(carried.values)
-    warnings = []
-    if outside := rows - len(along.reached):
-        warnings.append(f"{outside} {of} of the file are not part of the mapped surface")
-    if carried.values.dtype.kind == "f":
-        reached = carried.values[along.reached].reshape(len(along.reached), -1)
-        if unknown := int(np.isnan(reached).any(axis=1).sum()):
-            warnings.append(f"{unknown} {of} have no value: what they correspond to has none")
-    return tuple(warnings)
+    outside: dict[str, None] = {}
+    unknown: dict[tuple[int, str], list[str]] = {}
+    for one, way in zip(carried, along, strict=True):
+        of, values, reached = one.on or VERTICES, one.values, way.reached
+        if count := len(values) - len(reached):
+            outside[f"{count} {of} of the file are not part of the mapped surface"] = None
+        if values.dtype.kind == "f":
+            missing = np.isnan(values[reached].reshape(len(reached), -1)).any(axis=1)
+            unknown.setdefault((int(missing.sum()), of), []).append(repr(one.name))
+    return (
+        *outside,
+        *(
+            f"{count} {of} have no value of {_some(names)}: what they correspond to has none"
+            for (count, of), names in unknown.items()
+            if count
+        ),
+    )
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
 
 
 def _without_coordinates(paint: Paint) -> tuple[str, ...]:

@@ -64,7 +64,7 @@ def export_match(result: MatchResult, file_type: str, store: Store) -> bytes:
         raise ResultGone("the result has no map in both directions; match again")
     source = stored_mesh(result.source, store.shapes)
     target = stored_mesh(result.target, store.shapes)
-    along = PullBack.along(solver_map(dense, dense.inverse, forwards=False))
+    along = PullBack.along(solver_map(dense, dense.inverse, forwards=False), target)
     ours = colors_of_file(source, colors_by_place(source.vertices))
     theirs = Attribute(COLORS_NAME, along.spread(along.means(ours.values), 0.0), ours.columns)
     carried = WrittenSurface.of(target, [theirs], "target")

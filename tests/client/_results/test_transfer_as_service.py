@@ -17,7 +17,7 @@ from solver.transfer.files import read_attributes
 from tests.client._results.test_transfer import CORNERS, DENSE, EXAMPLE, WEIGHTS
 
 MATCH = Match.from_json(json.dumps({**EXAMPLE, "dense": DENSE}))
-PULL_BACK = PullBack(np.array([0, 2, 3]), np.array(CORNERS), np.array(WEIGHTS))
+PULL_BACK = PullBack(np.array([0, 2, 3]), np.array(CORNERS), np.array(WEIGHTS), 4)
 
 
 @dataclass(frozen=True)

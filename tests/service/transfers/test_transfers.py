@@ -146,18 +146,22 @@ def test_values_that_are_missing_are_no_rows_without_partner(
     heights = np.where(np.arange(COUNT) < 9, np.nan, 1.0)
     texts = np.where(np.arange(COUNT) % 2, "arm", "")
     stream = io.BytesIO()
-    np.savez(stream, height=heights, part=np.full(COUNT, -1), name=texts)
+    full = np.ones(COUNT)
+    np.savez(stream, height=heights, part=np.full(COUNT, -1), name=texts, full=full, depth=heights)
     uploaded = send(http, stream.getvalue(), "gaps.npz").json()["id"]
     for what, warnings in (
         ("labels", []),
-        ("scalars", ["9 vertices have no value: what they correspond to has none"]),
+        (
+            "scalars",
+            ["9 vertices have no value of 'height', 'depth': what they correspond to has none"],
+        ),
     ):
         job = carried(
             http,
             match,
             attributes=uploaded,
             what=what,
-            names=["part", "name"] if what == "labels" else ["height"],
+            names=["part", "name"] if what == "labels" else ["height", "depth", "full"],
         )
         assert http.get(job["links"]["result"]).json()["warnings"] == warnings
 
@@ -171,6 +175,27 @@ def test_there_and_back_loses_nothing_on_a_copy(http: httpx2.Client, match: str)
     back = carried(http, match, attributes=second, what="scalars", direction="target_to_source")
     np.testing.assert_allclose(arrays_of(http, back)["height"], height, atol=1e-3)
     assert (back["source"], back["target"]) == (there["target"], there["source"])
+
+
+def test_what_is_carried_has_a_row_for_each_vertex_of_the_file(
+    http: httpx2.Client, upload: Upload
+) -> None:
+    """Also for the last ones, if no face uses them; so it can be carried again, onto faces, too."""
+    places = np.r_[OTHER.vertices, OTHER.vertices + 1.0]
+    unused = upload(mesh_files.ply(places, OTHER.faces.tolist(), "ascii"), "unused.ply")["id"]
+    match = matched(http, (unused, unused), points=12, dense=True)["id"]
+    given = send(http, archive(part=np.arange(2 * COUNT)), "part.npz").json()["id"]
+    job = carried(http, match, attributes=given, what="labels")
+    expected = np.where(np.arange(2 * COUNT) < COUNT, np.arange(2 * COUNT), -1)
+    np.testing.assert_array_equal(arrays_of(http, job)["part"], expected)
+    result = http.get(job["links"]["result"]).json()
+    assert result["warnings"] == [
+        f"{COUNT} vertices of the file are not part of the mapped surface"
+    ]
+    again = send(http, export(http, job, "csv").content, "again.csv").json()["id"]
+    for on, rows in (("vertices", 2 * COUNT), ("faces", OTHER.n_faces)):
+        job = carried(http, match, attributes=again, what="labels", on=on)
+        assert len(arrays_of(http, job)["part"]) == rows
 
 
 def test_colours_of_the_shape_itself_in_every_format(http: httpx2.Client, match: str) -> None:

@@ -19,14 +19,16 @@ def registered(source: TriangleMesh, target: TriangleMesh) -> DenseCorrespondenc
     return found.dense(Control())
 
 
-def both_ways(dense: DenseCorrespondence) -> tuple[PullBack, PullBack]:
+def both_ways(source: TriangleMesh, target: TriangleMesh) -> tuple[PullBack, PullBack]:
     """Pull-backs of source values to the target, and of target values to the source."""
+    dense = registered(source, target)
     assert dense.inverse is not None
-    return PullBack.along(dense.inverse), PullBack.along(dense)
+    return PullBack.along(dense.inverse, target), PullBack.along(dense, source)
 
 
 def random_pull_back(seed: int, vertices: int = 40, rows: int = 30) -> PullBack:
     random = np.random.default_rng(seed)
     corners = random.integers(0, rows, size=(vertices, 3))
     corners[0, 0] = rows - 1
-    return PullBack(np.arange(vertices), corners, random.dirichlet(np.ones(3), size=vertices))
+    weights = random.dirichlet(np.ones(3), size=vertices)
+    return PullBack(np.arange(vertices), corners, weights, vertices)

@@ -116,7 +116,7 @@ def test_labels_stay_labels(seed: int) -> None:
 
 
 def test_missing_vertices() -> None:
-    along = PullBack(np.array([1]), np.array([[0, 1, 2]]), np.array([[1.0, 0.0, 0.0]]))
+    along = PullBack(np.array([1]), np.array([[0, 1, 2]]), np.array([[1.0, 0.0, 0.0]]), 2)
     assert carried(TABLE[1], LABELS, along).values.tolist() == [-1, TABLE[1].values[0]]
     assert carried(TABLE[2], LABELS, along).values.tolist() == ["", TABLE[2].values[0]]
     assert np.isnan(carried(TABLE[3], VECTORS, along).values[0]).all()
@@ -126,7 +126,7 @@ def test_rows_without_a_value_have_no_weight() -> None:
     """As after a transfer from a part, where vertices without a partner have nan."""
     corners = np.array([[0, 1, 2]] * 4)
     weights = np.array([[0.5, 0.3, 0.2], [0.3, 0.3, 0.4], [0.6, 0.4, 0.0], [0.0, 0.0, 1.0]])
-    along = PullBack(np.arange(4), corners, weights)
+    along = PullBack(np.arange(4), corners, weights, 4)
     heights = carried(Attribute("height", np.array([1.0, 6.0, np.nan])), SCALARS, along).values
     np.testing.assert_allclose(heights, [2.3 / 0.8, 3.5, 3.0, np.nan])
     flow = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, np.nan]])

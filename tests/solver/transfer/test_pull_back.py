@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from solver.errors import TransferError
 from solver.transfer import PullBack
 from tests.solver import shapes
-from tests.solver.transfer.maps import FINE, MESH, both_ways, random_pull_back, registered
+from tests.solver.transfer.maps import FINE, MESH, both_ways, random_pull_back
 
 SEEDS = st.integers(0, 2**31 - 1)
 
@@ -48,7 +48,7 @@ def test_linear_functions_are_reproduced_on_the_same_surface() -> None:
     weights = random.dirichlet(np.ones(3), size=100)
     corners = plane.faces[faces]
     places = np.einsum("kc,kcd->kd", weights, plane.vertices[corners])
-    along = PullBack(np.arange(100), plane.vertex_ids[corners], weights)
+    along = PullBack(np.arange(100), plane.vertex_ids[corners], weights, 100)
     slope = random.standard_normal((3, 2))
     np.testing.assert_allclose(
         along.means(plane.vertices @ slope + 7.0), places @ slope + 7.0, atol=1e-12
@@ -57,7 +57,7 @@ def test_linear_functions_are_reproduced_on_the_same_surface() -> None:
 
 def test_values_of_a_permuted_copy_are_permuted() -> None:
     other, where = shapes.permuted(MESH, seed=5)
-    there, back = both_ways(registered(MESH, other))
+    there, back = both_ways(MESH, other)
     values = np.random.default_rng(0).standard_normal((MESH.n_vertices, 2))
     np.testing.assert_allclose(there.means(values)[where], values, atol=1e-6)
     np.testing.assert_allclose(back.means(there.means(values)), values, atol=1e-6)
@@ -66,7 +66,7 @@ def test_values_of_a_permuted_copy_are_permuted() -> None:
 
 
 def test_a_smooth_function_and_a_segmentation_lose_little_there_and_back() -> None:
-    there, back = both_ways(registered(MESH, FINE))
+    there, back = both_ways(MESH, FINE)
     smooth = np.sin(2.0 * MESH.vertices[:, 0]) + MESH.vertices[:, 1]
     returned = back.means(there.means(smooth))
     assert np.abs(returned - smooth).mean() < 0.02 * np.ptp(smooth)
@@ -76,10 +76,12 @@ def test_a_smooth_function_and_a_segmentation_lose_little_there_and_back() -> No
     assert (back.majority(carried) == labels).mean() > 0.95
 
 
-def test_vertices_that_no_face_uses_have_no_value() -> None:
-    along = PullBack(np.array([1, 3]), np.array([[0, 1, 2], [2, 1, 0]]), np.full((2, 3), 1 / 3))
+def test_vertices_without_an_image_have_no_value() -> None:
+    """Those that no face uses, and those of a part without a partner, the last ones included."""
+    corners = np.array([[0, 1, 2], [2, 1, 0]])
+    along = PullBack(np.array([1, 3]), corners, np.full((2, 3), 1 / 3), 6)
     found = along.spread(along.means(np.array([0.0, 3.0, 6.0])), np.nan)
-    np.testing.assert_array_equal(found, [np.nan, 3.0, np.nan, 3.0])
+    np.testing.assert_array_equal(found, [np.nan, 3.0, np.nan, 3.0, np.nan, np.nan])
 
 
 def test_every_vertex_needs_a_value() -> None:

@@ -36,12 +36,12 @@ def test_the_number_of_rows_tells_vertices_from_faces() -> None:
     assert found(BLOB, labels(BLOB.n_faces)) == FACES
 
 
-def test_rows_of_vertices_may_end_with_the_last_that_a_face_uses() -> None:
+def test_rows_of_vertices_are_all_of_the_file() -> None:
     mesh = triangle_mesh(np.concatenate([BLOB.vertices, np.ones((2, 3))]), BLOB.faces)
-    for count in (BLOB.n_vertices, BLOB.n_vertices + 2):
-        assert found(mesh, labels(count)) == VERTICES
-    with pytest.raises(OptionError, match="rows, and the file of shape the-shape"):
-        found(mesh, labels(BLOB.n_vertices + 1))
+    assert found(mesh, labels(BLOB.n_vertices + 2)) == VERTICES
+    for count in (BLOB.n_vertices, BLOB.n_vertices + 1):
+        with pytest.raises(OptionError, match="rows, and the file of shape the-shape"):
+            found(mesh, labels(count))
 
 
 def test_of_as_many_faces_as_vertices_the_file_says_or_it_is_vertices() -> None:
