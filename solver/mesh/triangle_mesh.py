@@ -11,6 +11,10 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.links import component_links
 from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of
 
+_HOLE_LENGTH, _HOLE_EDGES = 0.1, 3
+"""Length over √area, or number of edges, of the boundary of a small hole: less than the girth of a
+wrist, or a missing triangle."""
+
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
@@ -106,8 +110,7 @@ class TriangleMesh:
     @cached_property
     def mean_edge(self) -> float:
         """Mean length of the edges, in the user's units."""
-        ends = self.vertices[self.edges]
-        return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
+        return float(self._lengths(self.edges).mean())
 
     @cached_property
     def closed(self) -> bool:
@@ -122,15 +125,33 @@ class TriangleMesh:
         return found
 
     @cached_property
-    def boundary_length(self) -> float:
-        """Length of all boundary edges, in the user's unit; 0 if closed."""
-        starts, ends = self.vertices[self.face_edges.boundary.T]
-        return float(np.linalg.norm(ends - starts, axis=1).sum())
+    def on_cut(self) -> BoolArray:
+        """(V,) whether a vertex lies on a piece of the boundary where the surface may be cut off.
+
+        All but small holes: pieces of three edges, and those shorter than a tenth of √area.
+        """
+        found = np.zeros(self.n_vertices, dtype=np.bool_)
+        found[self._cut.ravel()] = True
+        return found
 
     @property
     def relative_boundary(self) -> float:
-        """Length of all boundary edges over √area."""
-        return self.boundary_length / float(self.area**0.5)
+        """Length of the boundary over √area, without small holes as in `on_cut`."""
+        return float(self._lengths(self._cut).sum() / self.area**0.5)
+
+    @cached_property
+    def _cut(self) -> IntArray:
+        """(E, 2) edges of the boundary, without those of small holes."""
+        rims = self.face_edges.boundary
+        piece = components_of(rims, self.n_vertices)[rims[:, 0]]
+        long = np.bincount(piece, self._lengths(rims)) >= _HOLE_LENGTH * self.area**0.5
+        return rims[(long & (np.bincount(piece) > _HOLE_EDGES))[piece]]
+
+    def _lengths(self, edges: IntArray) -> FloatArray:
+        """(E,) lengths of (E, 2) edges."""
+        ends = self.vertices[edges]
+        found: FloatArray = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+        return found
 
     @cached_property
     def genus(self) -> float:
@@ -162,8 +183,7 @@ class TriangleMesh:
         """
         if self.components == 1:
             return np.zeros((0, 2), dtype=np.int64)
-        lengths = np.linalg.norm(np.diff(self.vertices[self.edges], axis=1)[:, 0], axis=1)
-        return component_links(self.vertices, self.component_of_vertex, float(lengths.mean()))
+        return component_links(self.vertices, self.component_of_vertex, self.mean_edge)
 
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:

@@ -69,8 +69,7 @@ def share_lacking(
     """
     found = opened.on_few(control)
     here, there = (
-        _few_on_boundary(shape, opening)
-        for shape, opening in zip(shapes, opened.openings, strict=True)
+        _few_on_cut(shape, opening) for shape, opening in zip(shapes, opened.openings, strict=True)
     )
     if not of_source:
         found, here, there = _turned(found, control), there, here
@@ -83,15 +82,15 @@ def share_lacking(
     return surface.share_of_area(far | beyond)
 
 
-def _few_on_boundary(shape: Shape, opening: Opening) -> BoolArray:
-    """Which of the few vertices that are left of an opened shape lie on the shape's boundary.
+def _few_on_cut(shape: Shape, opening: Opening) -> BoolArray:
+    """Which of the few vertices that are left of an opened shape lie where it may be cut off.
 
     None of a point cloud: its surface has gaps where points are too sparse, which are no boundary.
     """
     few = reduction(opening.shape, FEW_VERTICES)
     if shape.mesh.is_cloud:
         return np.zeros(few.shape.n_vertices, dtype=np.bool_)
-    of_shape = shape.mesh.on_boundary[opening.vertices[few.vertices]]
+    of_shape = shape.mesh.on_cut[opening.vertices[few.vertices]]
     return np.asarray(few.shape.mesh.on_boundary & of_shape)
 
 

@@ -96,14 +96,13 @@ def possible_parts(names: Sequence[str], boundaries: Sequence[float], whole: flo
 
 
 def boundary_of(mesh: TriangleMesh) -> float:
-    """Length of the boundary of a surface over √area; gaps of a point cloud are none."""
+    """Length of a surface's boundary over √area, but for small holes; a point cloud has gaps."""
     return 0.0 if mesh.is_cloud else mesh.relative_boundary
 
 
 def parts_as_wholes(source: TriangleMesh, target: TriangleMesh) -> tuple[str, ...]:
-    """Warn of a shape that looks like a part of the other, and is matched as a whole."""
-    ours, theirs = boundary_of(source), boundary_of(target)
-    part = possible_parts(("source", "target"), (ours, theirs), min(ours, theirs))
+    """Warn of shapes that look like parts, and are matched as wholes."""
+    part = possible_parts(("source", "target"), (boundary_of(source), boundary_of(target)), 0.0)
     if not part:
         return ()
     return (

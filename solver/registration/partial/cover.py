@@ -28,7 +28,7 @@ def covered_by_part(known: SurfaceMap, images: IntArray, back: IntArray, scale: 
     positions = known.source.mesh.vertices
     apart = np.linalg.norm(positions - positions[back[images]], axis=1)
     part = known.target.mesh
-    met = inside(part, part.on_boundary, *known.on_triangles(images))
+    met = inside(part, part.on_cut, *known.on_triangles(images))
     return np.asarray((apart < _near(known, scale)) & met)
 
 
@@ -66,7 +66,7 @@ def covered_by_whole(known: SurfaceMap, images: IntArray, back: Images, scale: f
     apart = np.linalg.norm(there - positions, axis=1)
     near = (around < _near(known, scale) * scale) & (apart < _APART * scale)
     whole = known.source.mesh
-    met = inside(whole, whole.on_boundary, faces, barycentric)
+    met = inside(whole, whole.on_cut, faces, barycentric)
     return largest_patch(known.target, np.asarray(near & met))
 
 

@@ -92,6 +92,24 @@ def test_wholes_with_boundaries_that_contradict_a_landmark_are_doubted() -> None
     assert found.confidence.probability <= 0.5
 
 
+def test_a_surface_with_very_many_small_holes_is_whole(rest: FloatArray) -> None:
+    """Of which the boundary is many times as long as that of a part."""
+    nothing, holes = np.zeros(len(rest), dtype=np.bool_), list[int]()
+    mesh, other = (body(pose, nothing, 1.0)[0].mesh for pose in ("walking", "standing"))
+    touched = np.zeros(mesh.n_vertices, dtype=np.bool_)
+    for number, face in enumerate(mesh.faces):
+        if not touched[face].any():
+            touched[face] = True
+            holes.append(number)
+    holed = Shape(triangle_mesh(mesh.vertices, np.delete(mesh.faces, holes, axis=0)))
+    assert len(holes) > 200
+    assert holed.mesh.area < 0.95 * mesh.area
+    found = match(holed, Shape(other), OPTIONS)
+    assert found.overlap is None
+    assert found.confidence is not None
+    assert found.confidence.probability > 0.9
+
+
 def test_surfaces_with_small_holes_are_whole(rest: FloatArray) -> None:
     whole = np.zeros(len(rest), dtype=np.bool_)
     ours, theirs = (

@@ -208,6 +208,27 @@ def test_whatever_the_arrays_the_mesh_is_sound(seed: int, n_vertices: int, n_fac
         assert kept <= given_places
 
 
+def test_small_holes_are_no_cuts() -> None:
+    """Holes of one triangle, however large, and those that are short."""
+    cap = shapes.spherical_cap(np.pi / 2)
+    inner = cap.faces[~cap.on_boundary[cap.faces].any(axis=1)]
+    apart, touched = [], np.zeros(cap.n_vertices, dtype=np.bool_)
+    for face in inner:
+        if not touched[face].any():
+            apart.append(face)
+            touched[face] = True
+    left = [face for face in cap.faces.tolist() if face not in np.array(apart[:40]).tolist()]
+    holed = triangle_mesh(cap.vertices, np.array(left))
+    assert holed.on_boundary.sum() == cap.on_boundary.sum() + 120
+    np.testing.assert_array_equal(holed.on_cut, cap.on_boundary)
+    rim = cap.relative_boundary * np.sqrt(cap.area / holed.area)
+    assert holed.relative_boundary == pytest.approx(rim)
+    grid = shapes.plane_grid(80, 80, 1.0)
+    missing = np.linalg.norm(grid.vertices - grid.vertices.mean(axis=0), axis=1).argmin()
+    pierced = triangle_mesh(grid.vertices, grid.faces[(grid.faces != missing).all(axis=1)])
+    assert pierced.on_boundary.sum() > pierced.on_cut.sum() == grid.on_cut.sum()
+
+
 def test_a_hemisphere_has_the_boundary_of_its_circle() -> None:
     cap = shapes.spherical_cap(np.pi / 2)
     assert cap.relative_boundary == pytest.approx(np.sqrt(2 * np.pi), rel=0.01)
