@@ -96,8 +96,9 @@ def _match_components(
 ) -> tuple[Shape, Shape, Match]:
     """Match what is left of two shapes without strays.
 
-    How a part with strays fits as a whole says little. So one whose answer is not likely is matched
-    again by its largest component alone.
+    How a part with strays fits as a whole says little, and how a body with several balls fits
+    without one of them. So what has no likely answer is matched again by its largest component
+    alone.
     """
     shapes = without_strays(source, target, options.landmarks, control)
     largest = largest_components(*shapes, options.landmarks)
@@ -105,7 +106,7 @@ def _match_components(
         return *shapes, match_detected(*shapes, options, control)
     first, last = (control.between(*ends) for ends in _PROGRESS)
     found = match_detected(*shapes, options, first)
-    if found.overlap is None or _is_likely(found) or control.expired:
+    if _is_likely(found) or control.expired:
         return *shapes, found
     other = match_detected(*largest, options, last)
     return (*largest, other) if _is_likely(other) else (*shapes, found)

@@ -131,21 +131,27 @@ class TriangleMesh:
         All but small holes: pieces of three edges, and those shorter than a tenth of √area.
         """
         found = np.zeros(self.n_vertices, dtype=np.bool_)
-        found[self._cut.ravel()] = True
+        found[self._cuts[0].ravel()] = True
         return found
 
     @property
     def relative_boundary(self) -> float:
         """Length of the boundary over √area, without small holes as in `on_cut`."""
-        return float(self._lengths(self._cut).sum() / self.area**0.5)
+        return float(self._cuts[1].sum() / self.area**0.5)
+
+    @property
+    def longest_cut(self) -> float:
+        """Length of the longest piece of the boundary over √area; 0 with small holes alone."""
+        return float(self._cuts[1].max(initial=0.0) / self.area**0.5)
 
     @cached_property
-    def _cut(self) -> IntArray:
-        """(E, 2) edges of the boundary, without those of small holes."""
+    def _cuts(self) -> tuple[IntArray, FloatArray]:
+        """(E, 2) edges of the boundary, and (P,) lengths of its pieces, without small holes."""
         rims = self.face_edges.boundary
         piece = components_of(rims, self.n_vertices)[rims[:, 0]]
-        long = np.bincount(piece, self._lengths(rims)) >= _HOLE_LENGTH * self.area**0.5
-        return rims[(long & (np.bincount(piece) > _HOLE_EDGES))[piece]]
+        lengths = np.bincount(piece, self._lengths(rims))
+        cuts = (lengths >= _HOLE_LENGTH * self.area**0.5) & (np.bincount(piece) > _HOLE_EDGES)
+        return rims[cuts[piece]], lengths[cuts]
 
     def _lengths(self, edges: IntArray) -> FloatArray:
         """(E,) lengths of (E, 2) edges."""

@@ -47,8 +47,11 @@ def with_consistent_winding(soup: TriangleSoup) -> TriangleSoup:
             f"inconsistent winding: flipped {counted(int(flipped.sum()), 'face')} to agree with"
             " neighbouring faces"
         )
-    if inside_out.any():
+    if inside_out.all():
         notes.append("flipped all faces of the surface: it was inside out")
+    elif inside_out.any():
+        some, pieces = int(inside_out.sum()), len(inside_out)
+        notes.append(f"flipped all faces of {some} of {pieces} pieces, which were inside out")
     if one_sided.any():
         notes.append("the surface is not orientable, like a Möbius strip: no face was flipped")
     # The winding of a surface made of points is none of the user's.

@@ -22,6 +22,10 @@ _VERTICES = 2_500
 """Vertices that a part and a whole are simplified to while candidates are compared. With 1,500,
 more answers are wrong, and with 10,000 none fewer, in half as much time again."""
 
+_ACROSS = 1.0
+"""Length over √area of a cut across the trunk: more than the girth of a limb. Of bodies that lack
+opposite sides, the mirror image covers more than the truth."""
+
 _AGREE = 0.1
 """Mean distance in space over √area within which two registrations are the same candidate."""
 
@@ -100,7 +104,8 @@ def register_part(
         Vertices of the whole and of the part that correspond.
     wholly
         Vertices that correspond by a registration of both as wholes: of surfaces that overlap, one
-        candidate begins there, and is the answer unless another fits clearly better.
+        candidate begins there. Unless both are cut across the trunk, so that much may be missing,
+        it is the answer if no other fits clearly better.
 
     Returns
     -------
@@ -125,7 +130,8 @@ def register_part(
         return None
     control.report(STAGE, 0.6)
     refined = refine_candidates(*fewer, candidates, control, entire=entire, rescaled=scale is None)
-    refined = _as_wholes(refined, begun)
+    if min(whole.mesh.longest_cut, part.mesh.longest_cut) < _ACROSS:
+        refined = _as_wholes(refined, begun)
     chosen = refined[0].part
     control.report(STAGE, 0.8)
     if fewer != (whole, part):

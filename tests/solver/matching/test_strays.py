@@ -64,6 +64,21 @@ def test_a_ball_beside_a_body_is_left_out(bodies: tuple[Cut, Cut], swapped: bool
     assert found.confidence.is_sure
 
 
+def test_several_balls_are_left_out_together(bodies: tuple[Cut, Cut]) -> None:
+    """Without one of them the shapes hardly fit better."""
+    (walking, every), (standing, _) = bodies
+    crowded = walking.mesh
+    for corner in ([1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0]):
+        share = 0.15 * walking.mesh.area / crowded.area
+        crowded = strays.with_ball(crowded, share, np.array(corner))
+    assert crowded.components == 5
+    found = match(Shape(crowded), standing, OPTIONS)
+    assert any("left out 4 components" in warning for warning in found.warnings)
+    assert errors(found, every, standing, every).mean() < 0.05
+    assert found.confidence is not None
+    assert found.confidence.is_sure
+
+
 def test_both_scans_lose_what_the_other_has_not(bodies: tuple[Cut, Cut]) -> None:
     (walking, every), (standing, _) = bodies
     found = match(with_floor(walking), with_ball(standing), OPTIONS)

@@ -232,4 +232,5 @@ def test_small_holes_are_no_cuts() -> None:
 def test_a_hemisphere_has_the_boundary_of_its_circle() -> None:
     cap = shapes.spherical_cap(np.pi / 2)
     assert cap.relative_boundary == pytest.approx(np.sqrt(2 * np.pi), rel=0.01)
-    assert shapes.icosphere().relative_boundary == 0.0
+    assert cap.longest_cut == pytest.approx(cap.relative_boundary)
+    assert shapes.icosphere().relative_boundary == shapes.icosphere().longest_cut == 0.0

@@ -22,3 +22,12 @@ def test_a_surface_with_small_holes_has_an_inside() -> None:
     turned = triangle_mesh(original.vertices, pierced[:, ::-1])
     assert turned.warnings == ("flipped all faces of the surface: it was inside out",)
     np.testing.assert_array_equal(turned.faces, pierced)
+
+
+def test_pieces_that_were_inside_out_are_counted() -> None:
+    """As the inner wall of a shell, whose normals point into it."""
+    ball = shapes.icosphere()
+    vertices = np.concatenate([ball.vertices, 0.9 * ball.vertices])
+    faces = np.concatenate([ball.faces, ball.faces[:, ::-1] + ball.n_vertices])
+    (said,) = [one for one in triangle_mesh(vertices, faces).warnings if "inside out" in one]
+    assert said == "flipped all faces of 1 of 2 pieces, which were inside out"
