@@ -67,7 +67,8 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
     Parameters
     ----------
     source
-        See :data:`MeshSource`. An open file is read from its beginning and is left open.
+        See :data:`MeshSource`. An open file is read from its beginning and is left open; one that
+        has no way back to it, such as a pipe, is read into memory.
     file_type
         Format, such as ``"off"``; required for bytes and for files without an extension.
 
@@ -151,7 +152,10 @@ def _opened(source: FileSource) -> Iterator[MeshFile]:
         yield MeshFile("", bytes(source))
     else:
         name = getattr(source, "name", "")
-        yield MeshFile(Path(name).name if isinstance(name, str) else "", source)
+        seekable = getattr(source, "seekable", bool)()
+        # Each attempt sends the whole file.
+        content = source if seekable else io.BytesIO(source.read())
+        yield MeshFile(Path(name).name if isinstance(name, str) else "", content)
 
 
 def _archive(arrays: Mapping[str, npt.ArrayLike]) -> bytes:

@@ -6,10 +6,11 @@ import os
 import socket
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import httpx2
 import isomatch
@@ -174,6 +175,34 @@ def test_an_open_file_is_sent_from_its_beginning_each_time(tmp_path: Path) -> No
         client.upload(file)
         assert not file.closed
     assert [request.read().count(b"OFF\n") for request in service.requests] == [50_000] * 3
+
+
+@contextmanager
+def pipe(content: bytes) -> Iterator[BinaryIO]:
+    reading, writing = os.pipe()
+    with os.fdopen(writing, "wb") as end:
+        end.write(content)
+    with os.fdopen(reading, "rb") as stream:
+        yield stream
+
+
+@pytest.mark.parametrize("kind", ["mesh", "attributes", "prototype"])
+def test_a_pipe_is_sent_whole_each_time(kind: str) -> None:
+    service = Broken(2, httpx2.WriteError, {})
+    uploads: dict[str, Callable[[isomatch.Client, BinaryIO], object]] = {
+        "mesh": lambda client, stream: client.upload(stream, file_type="off"),
+        "attributes": lambda client, stream: client.upload_attributes(stream, file_type="npz"),
+        "prototype": lambda client, stream: client.upload_prototype(stream),
+    }
+    with (
+        client_of(service) as client,
+        pipe(b"OFF\n" * 1500) as stream,
+        pytest.raises(isomatch.UnexpectedResponse),
+    ):
+        uploads[kind](client, stream)
+    assert [request.read().count(b"OFF\n") for request in service.requests] == [1500] * 3
+    lengths = {int(request.headers["content-length"]) for request in service.requests}
+    assert lengths == {len(request.read()) for request in service.requests}
 
 
 def busy(
