@@ -30,6 +30,17 @@ def send(call: Call) -> Operation[httpx2.Response]:
     return checked(response)
 
 
+def delete(path: str) -> Operation[None]:
+    """Delete the resource at a path.
+
+    Raises
+    ------
+    ConnectionFailed, ProblemError, UnexpectedResponse
+        As for :func:`send`.
+    """
+    yield from send(Call("DELETE", path, deletes=True))
+
+
 def checked(response: httpx2.Response) -> httpx2.Response:
     """Return a successful response, or raise the problem that it states.
 

@@ -41,6 +41,8 @@ class Call:
     outage
         Seconds for which the call is repeated while no service answers, however few retries these
         take; not where retries are switched off.
+    deletes
+        Whether it deletes its resource, so that a repetition may find it gone.
     """
 
     method: str
@@ -52,6 +54,7 @@ class Call:
     headers: Mapping[str, str] = field(default_factory=dict)
     patience: float = 0.0
     outage: float = 0.0
+    deletes: bool = False
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,9 @@ _NEVER_SENT: Final = (httpx2.ConnectError, httpx2.ConnectTimeout, httpx2.PoolTim
 BUSY: Final = (429, 502, 503, 504)
 """Statuses of a service that is busy, or behind a proxy that does not reach it."""
 
+_GONE: Final = (404, 410)
+"""Statuses of a resource that does not exist, or no longer."""
+
 
 @dataclass
 class Failures:
@@ -53,6 +56,11 @@ class Failures:
         """Begin anew: the service has answered."""
         self._count = 0
 
+    @property
+    def repeated(self) -> bool:
+        """Whether the present attempt is a repetition."""
+        return self._count > 0
+
     def exhausted(self) -> bool:
         """Count a failure; true if it is the last one."""
         if self._count == 0:
@@ -73,7 +81,8 @@ def with_retries(operation: Operation[ResultT], retries: int) -> Operation[Resul
 
     A busy service (429, 502, 503, 504) is asked again after its ``Retry-After``, or after growing
     pauses.
-    All calls of the API are safe to repeat: those that create jobs have an idempotency key.
+    All calls are safe to repeat: those that create jobs have an idempotency key, and a repeated
+    deletion that finds its resource gone has succeeded, as the first one may have been done.
 
     Parameters
     ----------
@@ -113,6 +122,8 @@ def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
             yield Pause(failures.pause())
         else:
             assert response is not None
+            if call.deletes and failures.repeated and response.status_code in _GONE:
+                return httpx2.Response(204, request=response.request)
             requested = retry_after(response) or 0.0
             if response.status_code not in BUSY or requested > LONGEST_PAUSE:
                 return response

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from isomatch._errors import UnexpectedResponse
-from isomatch._http import Call, Json, Operation, parsed, send
+from isomatch._http import Call, Json, Operation, delete, parsed, send
 from isomatch._models import JobRecord, Page, PrototypeParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import id_of, listed, path_to
@@ -50,7 +50,7 @@ def list_prototypes(cursor: str | None, name: str | None) -> Operation[Page[Prot
 
 def delete_prototype(prototype: Prototype | str) -> Operation[None]:
     """Delete a prototype."""
-    yield from send(Call("DELETE", path_to("prototypes", prototype)))
+    yield from delete(path_to("prototypes", prototype))
 
 
 def download_prototype(prototype: Prototype | str, path: str | os.PathLike[str]) -> Operation[None]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from pydantic import ValidationError
 
 from isomatch._errors import JobCancelled, JobFailed
-from isomatch._http import LONGEST_OUTAGE, Call, Operation, parsed, send, unexpected
+from isomatch._http import LONGEST_OUTAGE, Call, Operation, delete, parsed, send, unexpected
 from isomatch._models import JobRecord
 from isomatch._operations.outages import job_named
 from isomatch._operations.prototypes import get_prototype_points
@@ -42,7 +42,7 @@ def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
 
 def delete_result(job_id: str) -> Operation[None]:
     """Delete the result of a job."""
-    yield from send(Call("DELETE", path_to("jobs", job_id, "result")))
+    yield from delete(path_to("jobs", job_id, "result"))
 
 
 View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]

@@ -1,7 +1,7 @@
 """Operations on shapes, and the list of structures that can be compared."""
 
 from isomatch._errors import UnexpectedResponse
-from isomatch._http import Call, Operation, parsed, send
+from isomatch._http import Call, Operation, delete, parsed, send
 from isomatch._models import Page, Shape, Structures
 from isomatch._operations.request_parts import path_to
 from isomatch._operations.uploads import upload
@@ -36,7 +36,7 @@ def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
 
 def delete_shape(shape: Shape | str) -> Operation[None]:
     """Delete a shape."""
-    yield from send(Call("DELETE", path_to("shapes", shape)))
+    yield from delete(path_to("shapes", shape))
 
 
 def get_mesh(shape: Shape | str) -> Operation[bytes]:

@@ -7,7 +7,7 @@ from typing import Final, TypeAlias
 
 import numpy.typing as npt
 
-from isomatch._http import Call, Json, Operation, parsed, send
+from isomatch._http import Json, Operation, delete, parsed
 from isomatch._models import Attributes, JobRecord, SurfacePoint
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import Identified, id_of, listed, path_to
@@ -43,7 +43,7 @@ def upload_attributes(
 
 def delete_attributes(attributes: Attributes | str) -> Operation[None]:
     """Delete an attribute file."""
-    yield from send(Call("DELETE", path_to("attributes", attributes)))
+    yield from delete(path_to("attributes", attributes))
 
 
 def start_transfer(
