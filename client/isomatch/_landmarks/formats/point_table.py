@@ -80,7 +80,10 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
 
 
 def write(landmarks: LandmarkSet) -> str:
-    """Return landmarks as a file; the coordinates of those that are missing are empty."""
+    """Return landmarks as a file; the coordinates of those that are missing are empty.
+
+    A number takes the place of a blank label: readers skip a row without any entry.
+    """
     out = io.StringIO()
     # The writer does not quote a carriage return alone, and the reader would end the line there.
     broken = any("\r" in label for label in landmarks.labels)
@@ -88,7 +91,8 @@ def write(landmarks: LandmarkSet) -> str:
         out, lineterminator="\n", quoting=csv.QUOTE_ALL if broken else csv.QUOTE_MINIMAL
     )
     rows.writerow(("label", "x", "y", "z"))
-    places = zip(landmarks.labels, landmarks.positions.tolist(), strict=True)
-    for (label, place), there in zip(places, landmarks.present, strict=True):
-        rows.writerow((label, *(place if there else ("", "", ""))))
+    places = zip(landmarks.labels, landmarks.positions.tolist(), landmarks.present, strict=True)
+    for number, (label, place, there) in enumerate(places, start=1):
+        named = label if label.strip() else number
+        rows.writerow((named, *(place if there else ("", "", ""))))
     return out.getvalue()

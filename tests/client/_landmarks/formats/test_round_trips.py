@@ -79,6 +79,17 @@ def test_descriptions_are_kept(tmp_path: Path) -> None:
     assert [point["positionStatus"] for point in points] == ["defined", "missing"]
 
 
+@pytest.mark.parametrize("ending", [*LABELLED, *NUMBERED])
+@pytest.mark.parametrize("blank", ["", " "])
+def test_a_missing_landmark_without_a_label_keeps_its_row(ending: str, blank: str) -> None:
+    point = (1.0, 2.0, 3.0)
+    unnamed = LandmarkSet.of([(blank, None), ("b", point), (blank, None), (blank, point)], blank)
+    (found,) = returned(f"a.{ending}", unnamed)
+    assert found.present.tolist() == [False, True, False, True]
+    if ending == "csv":
+        assert found.labels == ("1", "b", "3", "4")
+
+
 def read(folder: Path, name: str, text: str, system: Any = "LPS") -> tuple[LandmarkSet, ...]:
     path = folder / name
     path.write_text(text, encoding="utf-8")
