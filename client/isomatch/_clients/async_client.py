@@ -4,8 +4,9 @@ import os
 from collections.abc import AsyncIterator, Iterable, Sequence
 from functools import partial
 from types import TracebackType
-from typing import Unpack
+from typing import Final, Unpack
 
+import anyio
 import httpx2
 
 from isomatch._clients.async_job import AsyncJob
@@ -58,6 +59,9 @@ from isomatch._results import (
 )
 from isomatch._upload import FileSource, MeshSource
 from isomatch._webhooks import Webhook
+
+WITHDRAWAL: Final = 30.0
+"""Seconds for which a task that was cancelled may cancel what it has started."""
 
 
 class AsyncClient:
@@ -225,8 +229,16 @@ class AsyncClient:
         specimen: Shape | str,
         **parameters: Unpack[MatchParameters],
     ) -> AsyncLandmarkJob:
-        start = landmarks.start_landmarks(templates, specimen, parameters)
-        records = await self._transport.run(start)
+        keys: list[str] = []
+        try:
+            start = landmarks.start_landmarks(templates, specimen, parameters, keys)
+            records = await self._transport.run(start)
+        except BaseException:
+            with anyio.move_on_after(WITHDRAWAL, shield=True):
+                await self._transport.run(
+                    landmarks.withdraw_landmarks(templates, specimen, parameters, keys)
+                )
+            raise
         return AsyncLandmarkJob(self._transport, templates, specimen, records)
 
     @documented_as(Client.register)

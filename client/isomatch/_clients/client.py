@@ -443,7 +443,8 @@ class Client:
     ) -> LandmarkJob:
         """Start to carry landmarks from one or several templates to a specimen.
 
-        Each template is matched densely with the specimen, at full resolution.
+        Each template is matched densely with the specimen, at full resolution. If one match cannot
+        be started, or this is interrupted, the others are cancelled.
 
         Parameters
         ----------
@@ -478,8 +479,14 @@ class Client:
         >>> found = client.landmarks([template], client.upload("a.ply")).result(progress=True)
         >>> write_landmarks("a.mrk.json", [found.landmark_set("a")])
         """
-        start = landmarks.start_landmarks(templates, specimen, parameters)
-        return LandmarkJob(self._transport, templates, specimen, self._transport.run(start))
+        keys: list[str] = []
+        try:
+            start = landmarks.start_landmarks(templates, specimen, parameters, keys)
+            records = self._transport.run(start)
+        except BaseException:
+            self._transport.run(landmarks.withdraw_landmarks(templates, specimen, parameters, keys))
+            raise
+        return LandmarkJob(self._transport, templates, specimen, records)
 
     def register(
         self,

@@ -1,9 +1,10 @@
 """Operations that carry landmarks of templates to a specimen."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Final, cast
+from uuid import uuid4
 
-from isomatch._errors import IsomatchError
 from isomatch._http import Operation, wait_given
 from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, carried_landmarks
 from isomatch._models import JobRecord, MatchParameters, Shape
@@ -18,24 +19,61 @@ FIXED: Final = ("dense", "simplify", "landmarks", "occlusion_cost", "refine")
 
 
 def start_landmarks(
-    templates: Sequence[LandmarkTemplate], specimen: Shape | str, parameters: MatchParameters
+    templates: Sequence[LandmarkTemplate],
+    specimen: Shape | str,
+    parameters: MatchParameters,
+    keys: list[str],
 ) -> Operation[list[JobRecord]]:
-    """Queue a dense match of each template with a specimen; all of them, or none."""
+    """Queue a dense match of each template with a specimen.
+
+    Parameters
+    ----------
+    templates, specimen
+        What is matched.
+    parameters
+        Of the matches.
+    keys
+        Takes the idempotency key of each match before it is sent, for :func:`withdraw_landmarks`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        There is no template, or a parameter is given that is not taken.
+    """
     if not listed(templates, "templates"):
         raise ValueError("give at least one template")
     given = [name for name in FIXED if name in parameters]
     if given:
         raise TypeError(f"landmarks() takes no parameter {given[0]!r}")
-    started: list[JobRecord] = []
-    try:
-        for one in templates:
-            dense: MatchParameters = {**parameters, "dense": True}
-            started.append((yield from start_match(one.shape, specimen, dense, None, None)))
-    except IsomatchError:
-        for record in started:
-            yield from cancel_job(record.id)
-        raise
+    started = []
+    for one in templates:
+        keys.append(uuid4().hex)
+        started.append((yield from _start(one, specimen, parameters, keys[-1])))
     return started
+
+
+def withdraw_landmarks(
+    templates: Sequence[LandmarkTemplate],
+    specimen: Shape | str,
+    parameters: MatchParameters,
+    keys: Sequence[str],
+) -> Operation[None]:
+    """Cancel the matches that :func:`start_landmarks`, with the same arguments, has queued.
+
+    The answer to the last one may have been lost: each is asked for again by its idempotency key.
+    """
+    for place, key in enumerate(keys):
+        # What the service or a check refused at first is refused again.
+        with suppress(Exception):
+            record = yield from _start(templates[place], specimen, parameters, key)
+            yield from cancel_job(record.id)
+
+
+def _start(
+    template: LandmarkTemplate, specimen: Shape | str, parameters: MatchParameters, key: str
+) -> Operation[JobRecord]:
+    dense: MatchParameters = {**parameters, "dense": True}
+    return (yield from start_match(template.shape, specimen, dense, None, key))
 
 
 def get_landmarks(

@@ -1,6 +1,11 @@
 """Landmarks carried by both clients, against the running service."""
 
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import anyio
+import httpx2
 import isomatch
 import numpy as np
 import pytest
@@ -69,9 +74,108 @@ def test_what_cannot_be_carried_is_refused(client: isomatch.Client, pair: Pair) 
         client.landmarks([], pair[1])
     with pytest.raises(TypeError, match="no parameter 'simplify'"):
         client.landmarks([template], pair[1], simplify=500)
+    with pytest.raises(TypeError, match="'pints'") as refusal:
+        client.landmarks([template], pair[1], pints=8)  # type: ignore[call-arg]
+    assert refusal.value.__context__ is None
     before = {job.id for job in client.jobs() if not job.finished}
     unknown = isomatch.LandmarkTemplate(32 * "0", GIVEN)
     with pytest.raises(isomatch.UnknownShape):
         client.landmarks([template, unknown], pair[1], **LASTING)
     left = [job for job in client.jobs() if not job.finished and job.id not in before]
     assert all(job.wait(timeout=240).state == "cancelled" for job in left)
+
+
+SECOND = 2
+"""Match whose answer does not come."""
+
+
+class Interrupted(httpx2.HTTPTransport):
+    """A network during whose second answer to a match Ctrl-C is pressed."""
+
+    matches = 0
+
+    def handle_request(self, request: httpx2.Request) -> httpx2.Response:
+        response = super().handle_request(request)
+        self.matches += request.url.path == "/v1/matches"
+        if self.matches == SECOND and request.method == "POST":
+            response.close()
+            raise KeyboardInterrupt
+        return response
+
+
+class Stalled(httpx2.AsyncHTTPTransport):
+    """A network on which the second answer to a match does not come."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.matches, self.stalled = 0, anyio.Event()
+
+    async def handle_async_request(self, request: httpx2.Request) -> httpx2.Response:
+        response = await super().handle_async_request(request)
+        self.matches += request.url.path == "/v1/matches"
+        if self.matches == SECOND and not self.stalled.is_set():
+            await response.aclose()
+            self.stalled.set()
+            await anyio.sleep_forever()
+        return response
+
+
+@contextmanager
+def two_cancelled_jobs(client: isomatch.Client) -> Iterator[None]:
+    before = {job.id for job in client.jobs()}
+    yield
+    new = [job for job in client.jobs() if job.id not in before]
+    assert [job.wait(timeout=240).state for job in new] == ["cancelled"] * 2
+
+
+def test_ctrl_c_between_two_matches_cancels_both(
+    url: str, client: isomatch.Client, pair: Pair
+) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+    with (
+        two_cancelled_jobs(client),
+        isomatch.Client(url, transport=Interrupted()) as hurried,
+        pytest.raises(KeyboardInterrupt),
+    ):
+        hurried.landmarks([template] * 3, pair[1], **LASTING)
+
+
+@pytest.mark.parametrize("backend", ["asyncio", "trio"])
+def test_a_cancelled_task_cancels_both_matches(
+    url: str, client: isomatch.Client, pair: Pair, backend: str
+) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+
+    async def program() -> None:
+        network = Stalled()
+        async with isomatch.AsyncClient(url, transport=network) as stalled:
+
+            async def start() -> None:
+                await stalled.landmarks([template] * 3, pair[1], **LASTING)
+
+            async with anyio.create_task_group() as tasks:
+                tasks.start_soon(start)
+                await network.stalled.wait()
+                tasks.cancel_scope.cancel()
+
+    with two_cancelled_jobs(client):
+        anyio.run(program, backend=backend)
+
+
+def test_a_cancelled_task_of_asyncio_cancels_both_matches(
+    url: str, client: isomatch.Client, pair: Pair
+) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+
+    async def program() -> None:
+        network = Stalled()
+        async with isomatch.AsyncClient(url, transport=network) as stalled:
+            start = stalled.landmarks([template] * 3, pair[1], **LASTING)
+            task = asyncio.create_task(start)
+            await network.stalled.wait()
+            task.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await task
+
+    with two_cancelled_jobs(client):
+        asyncio.run(program())
