@@ -18,6 +18,7 @@ from isomatch._landmarks import (
     CarriedLandmarks,
     CoordinateSystem,
     LandmarkFormat,
+    append_landmarks,
     write_landmarks,
 )
 
@@ -55,19 +56,21 @@ class LandmarkOutput:
         return [f"{name}.{file_format}" for name in each]
 
     def add(self, name: str, landmarks: CarriedLandmarks) -> None:
-        """Write the landmarks of a specimen, and the table anew."""
+        """Write the landmarks of a specimen, and append them to the files of all specimens."""
+        first = not self.found
         self.found[name] = landmarks
-        if self.file_format in PER_SPECIMEN:
-            path = self.folder / f"{name}.{self.file_format}"
-            write_landmarks(path, [landmarks.landmark_set(name)], self.coordinates)
+        (file_name,) = self.files([name], self.file_format)
+        path, specimen = self.folder / file_name, landmarks.landmark_set(name)
+        if first or self.file_format in PER_SPECIMEN:
+            write_landmarks(path, [specimen], self.coordinates)
         else:
-            every = [one.landmark_set(specimen) for specimen, one in self.found.items()]
-            write_landmarks(self.folder / f"landmarks.{self.file_format}", every)
-        with (self.folder / TABLE).open("w", encoding="utf-8", newline="") as file:
+            append_landmarks(path, specimen)
+        mode = "w" if first else "a"
+        with (self.folder / TABLE).open(mode, encoding="utf-8", newline="") as file:
             rows = csv.writer(file, lineterminator="\n")
-            rows.writerow(("specimen", "label", "x", "y", "z", *_MEASURES))
-            for specimen, one in self.found.items():
-                rows.writerows((specimen, *row.values()) for row in _rows(one))
+            if first:
+                rows.writerow(("specimen", "label", "x", "y", "z", *_MEASURES))
+            rows.writerows((name, *row.values()) for row in _rows(landmarks))
 
 
 def document_of(name: str, landmarks: CarriedLandmarks) -> str:

@@ -107,6 +107,27 @@ def write_landmarks(
     file.write_text(text, encoding="utf-8", newline="\n")
 
 
+def append_landmarks(path: str | os.PathLike[str], specimen: LandmarkSet) -> None:
+    """Append a specimen to a file ``.tps`` or ``.txt`` (MorphoJ).
+
+    Parameters
+    ----------
+    path
+        A file of specimens, which have as many landmarks.
+    specimen
+        The landmarks, in the coordinates of its mesh.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    file = Path(path)
+    text = tps.write([specimen]) if _format_of(file) == "tps" else morphoj.row_of(specimen)
+    with file.open("a", encoding="utf-8", newline="\n") as opened:
+        opened.write(text)
+
+
 def stem_of(path: str | os.PathLike[str]) -> str:
     """Return the name of a file without its folder and ending, ``.mrk.json`` included."""
     return Path(path).name.removesuffix(".mrk.json").rsplit(".", 1)[0]

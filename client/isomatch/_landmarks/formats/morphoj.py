@@ -3,7 +3,7 @@
 Entries are delimited by commas, semicolons or tab stops. The first line may name the columns.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from isomatch._landmarks.formats.reading import (
     FormatError,
@@ -54,11 +54,13 @@ def write(specimens: Iterable[LandmarkSet]) -> str:
     if len(counts) > 1:
         raise ValueError(f"the specimens have {counts[0]} to {counts[-1]} landmarks")
     names = [f"{axis}{index + 1}" for index in range(max(counts, default=0)) for axis in "xyz"]
-    lines: list[Sequence[str]] = [("ID", *names)]
-    lines += [
-        (one_line(one.name), *(text for row in rows_of(one) for text in row)) for one in every
-    ]
-    return "".join("\t".join(line) + "\n" for line in lines)
+    return "\t".join(["ID", *names]) + "\n" + "".join(map(row_of, every))
+
+
+def row_of(specimen: LandmarkSet) -> str:
+    """Return the line of a specimen."""
+    texts = (text for row in rows_of(specimen) for text in row)
+    return "\t".join([one_line(specimen.name), *texts]) + "\n"
 
 
 def _specimen(line: int, entries: list[str]) -> LandmarkSet:
