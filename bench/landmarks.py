@@ -14,6 +14,7 @@ from itertools import islice
 
 import numpy as np
 from isomatch import Geometry, LandmarkSet, VertexMap
+from isomatch._landmarks import PlacedLandmarks
 from isomatch._landmarks.carrying import from_template, merged
 from isomatch._landmarks.confidence import NEAR, features
 from isomatch._landmarks.surface_points import nearest_points
@@ -85,7 +86,8 @@ def carried(
         rows = [(str(place), row) for place, row in enumerate(mesh.vertices[vertices].tolist())]
         maps = _vertex_map(found.dense), _vertex_map(found.dense.inverse)
         said = found.confidence.probability
-        each.append(from_template(LandmarkSet.of(rows), _geometry(mesh), maps, said, surface))
+        placed = PlacedLandmarks.of(LandmarkSet.of(rows), _geometry(mesh))
+        each.append(from_template(placed, maps, said, surface))
         probabilities.append(said)
     labels = tuple(map(str, range(len(first))))
     answer = merged(labels, each, np.array(probabilities), surface)

@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator, Iterable, Sequence
 from functools import partial
 from types import TracebackType
 from typing import Final, Unpack
+from weakref import WeakKeyDictionary
 
 import anyio
 import httpx2
@@ -21,7 +22,7 @@ from isomatch._http import (
     timeout_given,
     url_or_default,
 )
-from isomatch._landmarks import LandmarkTemplate
+from isomatch._landmarks import LandmarkTemplate, Placements
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
@@ -96,6 +97,7 @@ class AsyncClient:
             transport,
             api_key_or_default(api_key),
         )
+        self._placed: Placements = WeakKeyDictionary()
 
     async def __aenter__(self) -> "AsyncClient":
         return self
@@ -239,7 +241,7 @@ class AsyncClient:
                     landmarks.withdraw_landmarks(templates, specimen, parameters, keys)
                 )
             raise
-        return AsyncLandmarkJob(self._transport, templates, specimen, records)
+        return AsyncLandmarkJob(self._transport, templates, specimen, records, self._placed)
 
     @documented_as(Client.register)
     async def register(

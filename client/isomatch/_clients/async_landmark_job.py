@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from isomatch._clients.documented_as import documented_as
 from isomatch._clients.landmark_job import LandmarkJob
 from isomatch._http import AsyncTransport
-from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate
+from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, Placements
 from isomatch._models import JobRecord, Shape
 from isomatch._operations import landmarks
 
@@ -19,10 +19,12 @@ class AsyncLandmarkJob:
         templates: Sequence[LandmarkTemplate],
         specimen: Shape | str,
         records: Sequence[JobRecord],
+        placed: Placements,
     ) -> None:
         self._transport = transport
         self._templates = tuple(templates)
         self._specimen = specimen
+        self._placed = placed
         self.job_ids = tuple(record.id for record in records)
 
     @documented_as(LandmarkJob.result)
@@ -31,7 +33,7 @@ class AsyncLandmarkJob:
     ) -> CarriedLandmarks:
         return await self._transport.run(
             landmarks.get_landmarks(
-                self._templates, self._specimen, self.job_ids, progress, timeout
+                self._templates, self._specimen, self.job_ids, self._placed, progress, timeout
             )
         )
 

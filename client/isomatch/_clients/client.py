@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from types import TracebackType
 from typing import Unpack
+from weakref import WeakKeyDictionary
 
 import httpx2
 
@@ -18,7 +19,7 @@ from isomatch._http import (
     timeout_given,
     url_or_default,
 )
-from isomatch._landmarks import LandmarkTemplate
+from isomatch._landmarks import LandmarkTemplate, Placements
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
@@ -116,6 +117,7 @@ class Client:
             transport,
             api_key_or_default(api_key),
         )
+        self._placed: Placements = WeakKeyDictionary()
 
     def __enter__(self) -> "Client":
         return self
@@ -486,7 +488,7 @@ class Client:
         except BaseException:
             self._transport.run(landmarks.withdraw_landmarks(templates, specimen, parameters, keys))
             raise
-        return LandmarkJob(self._transport, templates, specimen, records)
+        return LandmarkJob(self._transport, templates, specimen, records, self._placed)
 
     def register(
         self,

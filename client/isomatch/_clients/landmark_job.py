@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from isomatch._http import BlockingTransport
-from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate
+from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, Placements
 from isomatch._models import JobRecord, Shape
 from isomatch._operations import landmarks
 
@@ -23,10 +23,12 @@ class LandmarkJob:
         templates: Sequence[LandmarkTemplate],
         specimen: Shape | str,
         records: Sequence[JobRecord],
+        placed: Placements,
     ) -> None:
         self._transport = transport
         self._templates = tuple(templates)
         self._specimen = specimen
+        self._placed = placed
         self.job_ids = tuple(record.id for record in records)
 
     def result(self, progress: bool = False, timeout: float | None = None) -> CarriedLandmarks:
@@ -53,7 +55,7 @@ class LandmarkJob:
         """
         return self._transport.run(
             landmarks.get_landmarks(
-                self._templates, self._specimen, self.job_ids, progress, timeout
+                self._templates, self._specimen, self.job_ids, self._placed, progress, timeout
             )
         )
 

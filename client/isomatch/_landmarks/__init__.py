@@ -2,7 +2,6 @@
 
 from isomatch._landmarks.carrying import (
     CarriedLandmarks,
-    LandmarkTemplate,
     carried_landmarks,
     with_same_labels,
 )
@@ -17,6 +16,7 @@ from isomatch._landmarks.formats import (
     write_landmarks,
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
+from isomatch._landmarks.placing import LandmarkTemplate, PlacedLandmarks, Placements
 from isomatch._landmarks.remarks import WrongCoordinates, remarks_on
 
 __all__ = [
@@ -27,6 +27,8 @@ __all__ = [
     "LandmarkFormat",
     "LandmarkSet",
     "LandmarkTemplate",
+    "PlacedLandmarks",
+    "Placements",
     "WrongCoordinates",
     "append_landmarks",
     "carried_landmarks",

@@ -15,29 +15,13 @@ from isomatch._landmarks.confidence import (
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
 from isomatch._landmarks.median import geometric_median
-from isomatch._landmarks.remarks import FAR, refuse_wrong_coordinates
+from isomatch._landmarks.placing import PlacedLandmarks
+from isomatch._landmarks.remarks import FAR
 from isomatch._landmarks.surface_points import images, nearest_points
-from isomatch._models import Shape, VertexMap
+from isomatch._models import VertexMap
 from isomatch._results import Geometry, Match
 
 Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class LandmarkTemplate:
-    """A shape and the landmarks on it.
-
-    Attributes
-    ----------
-    shape
-        The shape or its id.
-    landmarks
-        In the coordinates of its file. Each stands for the nearest point of the surface, and is
-        missing if that is farther than 0.05 times the square root of the area.
-    """
-
-    shape: Shape | str
-    landmarks: LandmarkSet
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,21 +89,20 @@ class FromTemplate:
     distortion: Floats
     from_surface: Floats
 
+    def at(self, rows: list[int]) -> "FromTemplate":
+        """Return the landmarks of some rows."""
+        return FromTemplate(*(values[rows] for values in vars(self).values()))
+
 
 def carried_landmarks(
-    landmarks: Sequence[LandmarkSet],
-    templates: Sequence[Geometry],
-    matches: Sequence[Match],
-    specimen: Geometry,
+    templates: Sequence[PlacedLandmarks], matches: Sequence[Match], specimen: Geometry
 ) -> CarriedLandmarks:
     """Carry landmarks of templates to a specimen.
 
     Parameters
     ----------
-    landmarks
-        Of each template, with the same labels.
     templates
-        Their surfaces.
+        Landmarks of each template, with the same labels.
     matches
         Of each template with the specimen, dense and with a confidence.
     specimen
@@ -128,33 +111,29 @@ def carried_landmarks(
     Raises
     ------
     ValueError
-        Labels differ, landmarks are in another coordinate system than their template, or a match
-        has no dense map in both directions or no confidence.
+        Labels differ, or a match has no dense map in both directions or no confidence.
     """
     each = []
-    aligned = with_same_labels(landmarks)
+    orders = _same_order([one.landmarks for one in templates])
     probabilities = []
-    for ours, template, match in zip(aligned, templates, matches, strict=True):
+    for template, order, match in zip(templates, orders, matches, strict=True):
         if match.dense is None or match.confidence is None:
             raise ValueError("landmarks are carried along dense matches with a confidence")
-        refuse_wrong_coordinates(ours, template)
         probabilities.append(match.confidence.probability)
         each.append(
             from_template(
-                ours,
                 template,
                 (match.dense.source_to_target, match.dense.target_to_source),
                 match.confidence.probability,
                 specimen,
                 None if match.overlap is None else match.overlap.scale,
-            )
+            ).at(order)
         )
-    return merged(aligned[0].labels, each, np.array(probabilities), specimen)
+    return merged(templates[0].landmarks.labels, each, np.array(probabilities), specimen)
 
 
 def from_template(
-    landmarks: LandmarkSet,
-    template: Geometry,
+    template: PlacedLandmarks,
     maps: tuple[VertexMap, VertexMap],
     probability: float,
     specimen: Geometry,
@@ -167,10 +146,8 @@ def from_template(
 
     Parameters
     ----------
-    landmarks
-        Of the template.
     template
-        Its surface.
+        Its landmarks, on its surface.
     maps
         From the template to the specimen, and from the specimen to the template.
     probability
@@ -181,18 +158,15 @@ def from_template(
         As for :func:`.local_distortion`.
     """
     there, back = maps
-    size = square_root_of_area(template)
-    given = landmarks.positions[landmarks.present]
-    nearest = nearest_points(template, given)
-    apart = np.linalg.norm(given - nearest.positions(template), axis=1) / size
-    carried = np.flatnonzero(nearest.among(there.vertices) & (apart <= FAR))
+    landmarks, surface, nearest = template.landmarks, template.surface, template.nearest
+    carried = np.flatnonzero(nearest.among(there.vertices) & (template.apart <= FAR))
     found = images(nearest.at(carried), there, specimen)
     returning = found.among(back.vertices)
     carried, found = carried[returning], found.at(returning)
-    here = nearest.at(carried).positions(template)
-    returned = images(found, back, template).positions(template)
-    trips = np.linalg.norm(returned - here, axis=1) / size
-    part = _part_of(template, there.vertices)
+    here = nearest.at(carried).positions(surface)
+    returned = images(found, back, surface).positions(surface)
+    trips = np.linalg.norm(returned - here, axis=1) / template.size
+    part = _part_of(surface, there.vertices)
     changes = local_distortion(part, there, specimen, here, scale)
 
     def placed(values: Floats) -> Floats:
@@ -205,7 +179,7 @@ def from_template(
         confidence=placed(confidence(probability, trips, changes)),
         round_trip=placed(trips),
         distortion=placed(changes),
-        from_surface=placed(apart[carried]),
+        from_surface=placed(template.apart[carried]),
     )
 
 
@@ -278,12 +252,23 @@ def with_same_labels(
     ValueError
         Their labels differ, or some occur twice and the order differs.
     """
+    first = landmarks[0].labels
+    return [
+        one if one.labels == first else LandmarkSet(first, one.positions[rows], one.name)
+        for one, rows in zip(landmarks, _same_order(landmarks, names), strict=True)
+    ]
+
+
+def _same_order(
+    landmarks: Sequence[LandmarkSet], names: Sequence[str] | None = None
+) -> list[list[int]]:
+    """Rows of each template in the order of the first: see :func:`with_same_labels`."""
     named = names or [f"template {number + 1}" for number in range(len(landmarks))]
     first = landmarks[0].labels
-    found = []
+    orders = []
     for one, name in zip(landmarks, named, strict=True):
         if one.labels == first:
-            found.append(one)
+            orders.append(list(range(len(first))))
             continue
         if Counter(one.labels) != Counter(first):
             raise ValueError(_differing(first, one.labels, (named[0], name)))
@@ -292,9 +277,8 @@ def with_same_labels(
                 f"{named[0]} and {name} have landmarks of the same label in different orders;"
                 " rename them"
             )
-        rows = [one.labels.index(label) for label in first]
-        found.append(LandmarkSet(first, one.positions[rows], one.name))
-    return found
+        orders.append([one.labels.index(label) for label in first])
+    return orders
 
 
 def _differing(first: Sequence[str], other: Sequence[str], names: tuple[str, str]) -> str:

@@ -6,7 +6,13 @@ from typing import Final, cast
 from uuid import uuid4
 
 from isomatch._http import Operation, wait_given
-from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, carried_landmarks
+from isomatch._landmarks import (
+    CarriedLandmarks,
+    LandmarkTemplate,
+    PlacedLandmarks,
+    Placements,
+    carried_landmarks,
+)
 from isomatch._models import JobRecord, MatchParameters, Shape
 from isomatch._operations.jobs import cancel_job, start_match, wait_for_job, watch_job
 from isomatch._operations.request_parts import listed
@@ -80,6 +86,7 @@ def get_landmarks(
     templates: Sequence[LandmarkTemplate],
     specimen: Shape | str,
     job_ids: Sequence[str],
+    placed: Placements,
     progress: bool,
     timeout: float | None,
 ) -> Operation[CarriedLandmarks]:
@@ -91,21 +98,25 @@ def get_landmarks(
         As for :func:`start_landmarks`.
     job_ids
         Of the matches.
+    placed
+        Templates that are placed on their surfaces already; takes the others.
     progress
         Show a progress bar for each match.
     timeout
         Seconds to wait for each match; None for no limit.
     """
     limit = wait_given(timeout)
-    matches, surfaces = [], []
+    matches = []
     wait = watch_job if progress else wait_for_job
-    for one, job_id in zip(templates, job_ids, strict=True):
+    for job_id in job_ids:
         records: list[JobRecord] = []
         yield from wait(job_id, limit, records.append)
         matches.append(cast(Match, (yield from get_result(records[-1]))))
-        surfaces.append((yield from get_geometry(one.shape)))
-    landmarks = [one.landmarks for one in templates]
-    return carried_landmarks(landmarks, surfaces, matches, (yield from get_geometry(specimen)))
+    for one in templates:
+        if one not in placed:
+            placed[one] = PlacedLandmarks.of(one.landmarks, (yield from get_geometry(one.shape)))
+    every = [placed[one] for one in templates]
+    return carried_landmarks(every, matches, (yield from get_geometry(specimen)))
 
 
 def cancel_landmarks(job_ids: Sequence[str]) -> Operation[None]:

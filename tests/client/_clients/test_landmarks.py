@@ -38,12 +38,12 @@ def test_landmarks_of_one_and_of_two_templates(client: isomatch.Client, pair: Pa
     assert np.isnan(found.confidence).tolist() == (~GIVEN.present).tolist()
     assert (found.round_trip[GIVEN.present] < 0.05).all()
 
-    itself = isomatch.LandmarkTemplate(
-        target.id, isomatch.LandmarkSet(GIVEN.labels, moved(GIVEN.positions))
-    )
+    backwards = isomatch.LandmarkSet(GIVEN.labels[::-1], moved(GIVEN.positions)[::-1])
+    itself = isomatch.LandmarkTemplate(target.id, backwards)
     both = client.landmarks([template, itself], target, points=8).result()
     assert error(both, size) < 0.05
     assert (both.spread[GIVEN.present] < 0.05).all()
+    assert both.labels == GIVEN.labels
     assert both.probabilities.shape == (2,)
 
 
@@ -57,6 +57,49 @@ def test_the_asynchronous_client_finds_the_same(url: str, pair: Pair) -> None:
     with isomatch.Client(url) as client:
         expected = client.landmarks([template], pair[1]).result()
     np.testing.assert_array_equal(anyio.run(asked).positions, expected.positions)
+
+
+class Counting(httpx2.HTTPTransport):
+    """A network that notes what is requested."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.requested: list[str] = []
+
+    def handle_request(self, request: httpx2.Request) -> httpx2.Response:
+        self.requested.append(request.url.path)
+        return super().handle_request(request)
+
+
+class AsyncCounting(httpx2.AsyncHTTPTransport):
+    """As :class:`Counting`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.requested: list[str] = []
+
+    async def handle_async_request(self, request: httpx2.Request) -> httpx2.Response:
+        self.requested.append(request.url.path)
+        return await super().handle_async_request(request)
+
+
+def test_the_surface_of_a_template_is_requested_once_by_a_client(url: str, pair: Pair) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+    surface = f"/v1/shapes/{pair[0].id}/geometry"
+
+    async def program() -> list[str]:
+        network = AsyncCounting()
+        async with isomatch.AsyncClient(url, transport=network) as client:
+            for _ in range(2):
+                await (await client.landmarks([template], pair[1])).result(timeout=240)
+        return network.requested
+
+    network = Counting()
+    with isomatch.Client(url, transport=network) as client:
+        for _ in range(2):
+            client.landmarks([template], pair[1]).result(timeout=240)
+    for requested in (network.requested, anyio.run(program)):
+        assert requested.count(surface) == 1
 
 
 def test_matches_are_cancelled_together(client: isomatch.Client, pair: Pair) -> None:

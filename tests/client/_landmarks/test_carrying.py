@@ -4,7 +4,13 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from isomatch import Geometry, LandmarkSet, VertexMap
-from isomatch._landmarks import WrongCoordinates, carried_landmarks, remarks_on, with_same_labels
+from isomatch._landmarks import (
+    PlacedLandmarks,
+    WrongCoordinates,
+    carried_landmarks,
+    remarks_on,
+    with_same_labels,
+)
 from isomatch._landmarks.carrying import FromTemplate, from_template, merged
 from isomatch._landmarks.confidence import confidence, local_distortion, square_root_of_area
 from isomatch._landmarks.surface_points import nearest_points
@@ -27,7 +33,7 @@ MAPS = identity(BLOB), identity(BLOB)
 
 
 def test_a_similarity_carries_exactly_and_leaves_out_what_is_missing() -> None:
-    one = from_template(GIVEN, BLOB, MAPS, 0.99, TURNED)
+    one = from_template(PlacedLandmarks.of(GIVEN, BLOB), MAPS, 0.99, TURNED)
     there = GIVEN.present
     expected = 3.0 * PLACES @ TURN.T + [5.0, 1.0, -2.0]
     np.testing.assert_allclose(one.positions[there], expected[there], atol=1e-8)
@@ -39,7 +45,9 @@ def test_a_similarity_carries_exactly_and_leaves_out_what_is_missing() -> None:
 
 def test_landmarks_off_the_surface_are_carried_from_the_nearest_point() -> None:
     outwards = PLACES * 1.05
-    one = from_template(LandmarkSet(GIVEN.labels, outwards), BLOB, MAPS, 0.99, TURNED)
+    one = from_template(
+        PlacedLandmarks.of(LandmarkSet(GIVEN.labels, outwards), BLOB), MAPS, 0.99, TURNED
+    )
     nearest = nearest_points(BLOB, outwards).positions(BLOB)
     np.testing.assert_allclose(one.positions, 3.0 * nearest @ TURN.T + [5.0, 1.0, -2.0])
     size = square_root_of_area(BLOB)
@@ -49,7 +57,9 @@ def test_landmarks_off_the_surface_are_carried_from_the_nearest_point() -> None:
 
 def test_landmarks_far_from_the_surface_are_reported_and_missing() -> None:
     far = np.concatenate([PLACES[:3], PLACES[3:] * 20.0])
-    one = from_template(LandmarkSet(GIVEN.labels, far), BLOB, MAPS, 0.99, TURNED)
+    one = from_template(
+        PlacedLandmarks.of(LandmarkSet(GIVEN.labels, far), BLOB), MAPS, 0.99, TURNED
+    )
     assert np.isnan(one.confidence).tolist() == 3 * [False] + 3 * [True]
     assert np.isnan(one.positions[3:]).all()
     (text,) = remarks_on(LandmarkSet(GIVEN.labels, far), BLOB)
@@ -81,7 +91,7 @@ def test_landmarks_in_another_coordinate_system_are_refused_if_only_some_are_far
     with pytest.raises(WrongCoordinates, match=r"but none with x and y negated"):
         remarks_on(wrong, surface)
     with pytest.raises(WrongCoordinates):
-        carried_landmarks([wrong], [surface], [MATCH], TURNED)
+        PlacedLandmarks.of(wrong, surface)
     # One that is misplaced does not turn the others.
     misplaced = right.positions.copy()
     misplaced[0] *= 20.0
@@ -121,7 +131,7 @@ def test_landmarks_on_what_a_part_lacks_are_missing() -> None:
     back.weights[rows == inside] = whole.weights[lowest]
     places = BLOB.vertices[[inside, lowest, BLOB.vertices[:, 2].argmax()]]
     given = LandmarkSet(("inside", "uncovered", "lacking"), places)
-    one = from_template(given, BLOB, (there, back), 0.99, part)
+    one = from_template(PlacedLandmarks.of(given, BLOB), (there, back), 0.99, part)
     for values in (one.positions[:, 0], one.confidence, one.round_trip, one.distortion):
         assert np.isnan(values).tolist() == [False, True, True]
     np.testing.assert_allclose(one.positions[0], places[0], atol=1e-9)
@@ -133,7 +143,9 @@ def test_landmarks_whose_image_has_no_partner_are_missing() -> None:
     low = BLOB.vertex_ids[BLOB.vertices[:, 2] < 0.3]
     places = BLOB.vertices[[BLOB.vertices[:, 2].argmin(), BLOB.vertices[:, 2].argmax()]]
     maps = identity(BLOB), restricted(identity(BLOB), low)
-    one = from_template(LandmarkSet(("low", "high"), places), BLOB, maps, 0.99, BLOB)
+    one = from_template(
+        PlacedLandmarks.of(LandmarkSet(("low", "high"), places), BLOB), maps, 0.99, BLOB
+    )
     assert np.isnan(one.confidence).tolist() == [False, True]
 
 
@@ -176,7 +188,7 @@ def test_confidence_falls_with_doubt_round_trip_and_distortion() -> None:
 def carried(seed: int, shift: float, probability: float = 0.95) -> FromTemplate:
     """From one of several templates, whose positions are shifted at random by a length."""
     random = np.random.default_rng(seed)
-    one = from_template(GIVEN, BLOB, MAPS, probability, BLOB)
+    one = from_template(PlacedLandmarks.of(GIVEN, BLOB), MAPS, probability, BLOB)
     directions = random.standard_normal((6, 3))
     offsets = shift * directions / np.linalg.norm(directions, axis=1, keepdims=True)
     one.positions[:] += offsets
@@ -192,7 +204,7 @@ def test_one_template_is_not_changed() -> None:
 
 
 def test_matches_without_any_confidence_give_landmarks_of_confidence_zero() -> None:
-    one = from_template(GIVEN, BLOB, MAPS, 0.0, BLOB)
+    one = from_template(PlacedLandmarks.of(GIVEN, BLOB), MAPS, 0.0, BLOB)
     found = merged(GIVEN.labels, [one, one], np.zeros(2), BLOB)
     np.testing.assert_array_equal(found.confidence[GIVEN.present], 0.0)
     np.testing.assert_allclose(found.positions[GIVEN.present], PLACES[GIVEN.present], atol=1e-6)
@@ -213,7 +225,9 @@ def test_a_template_far_from_the_others_moves_nothing() -> None:
 
 
 def test_a_landmark_that_one_template_lacks_comes_from_the_other() -> None:
-    whole = from_template(LandmarkSet(GIVEN.labels, PLACES), BLOB, MAPS, 0.95, BLOB)
+    whole = from_template(
+        PlacedLandmarks.of(LandmarkSet(GIVEN.labels, PLACES), BLOB), MAPS, 0.95, BLOB
+    )
     found = merged(GIVEN.labels, [carried(0, 0.0), whole], np.array([0.95] * 2), BLOB)
     np.testing.assert_allclose(found.positions, PLACES, atol=1e-6)
     assert np.isnan(found.spread).tolist() == [False, False, True, False, False, False]
@@ -255,4 +269,4 @@ def test_labels_that_recur_are_reported() -> None:
 def test_matches_without_a_map_carry_nothing() -> None:
     sparse = MATCH.model_copy(update={"dense": None})
     with pytest.raises(ValueError, match="dense matches with a confidence"):
-        carried_landmarks([GIVEN], [BLOB], [sparse], BLOB)
+        carried_landmarks([PlacedLandmarks.of(GIVEN, BLOB)], [sparse], BLOB)

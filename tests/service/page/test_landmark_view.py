@@ -9,7 +9,7 @@ import httpx2
 import isomatch
 import numpy as np
 import pytest
-from isomatch._landmarks.carrying import carried_landmarks
+from isomatch._landmarks import PlacedLandmarks, carried_landmarks
 from isomatch._landmarks.surface_points import nearest_points
 from isomatch._results import Geometry
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -136,7 +136,8 @@ def test_landmarks_are_carried_and_named(
         match = client.job(carried.job).result()
         assert isinstance(match, isomatch.Match)
         surfaces = [client.geometry(shape) for shape in (match.source, match.target)]
-        sure = carried_landmarks([given], surfaces[:1], [match], surfaces[1]).confidence
+        placed = PlacedLandmarks.of(given, surfaces[0])
+        sure = carried_landmarks([placed], [match], surfaces[1]).confidence
     said = [float(text.removeprefix("confidence ")) for text in found.descriptions[:3]]
     np.testing.assert_allclose(said, sure[:3], atol=0.011)
     assert found.descriptions[3] == ""
