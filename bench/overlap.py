@@ -7,7 +7,7 @@ from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
 from bench.conditions import CONDITIONS, scanned
-from bench.cut import VERTICES, Cut, cut, half, known_part
+from bench.cut import VERTICES, Cut, cut, half, known_part, largest_piece
 from bench.humans import USUAL, random_pose, random_proportions
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
@@ -15,8 +15,11 @@ from solver.shape import Shape
 from synthetic import human_figure, transferred
 from synthetic.shapes import posed
 
-OVERLAPS = 0.5, 0.9
-"""Range of the shares of the vertices of both that have a partner."""
+OVERLAPS, OVERLAPS_OF_SIDES = (0.5, 0.9), (0.3, 0.9)
+"""Ranges of the shares of the vertices of both that have a partner."""
+
+SIDES = 0.12, 0.35
+"""Range of the share of the vertices of either that is missing, of opposite sides."""
 
 NEAR = 0.02
 """Distance in space over √area from a true partner within which a vertex has one."""
@@ -37,14 +40,41 @@ KINDS: dict[str, CutOf] = {
 }
 
 
-def generated_overlap(seed: int) -> tuple[str, KnownShape, KnownShape]:
+def _side(axis: int, sign: float) -> CutOf:
+    """Cut a side off: the left or the right, above or below, the front or the back."""
+
+    def cut_off(
+        mesh: TriangleMesh, rest: FloatArray, rng: np.random.Generator
+    ) -> tuple[IntArray, TriangleMesh]:
+        places = sign * rest[:, axis]
+        return largest_piece(mesh, np.asarray(places > np.quantile(places, rng.uniform(*SIDES))))
+
+    return cut_off
+
+
+OPPOSITE: dict[str, tuple[CutOf, CutOf]] = {
+    name: (_side(axis, 1.0), _side(axis, -1.0))
+    for axis, name in enumerate(("left and right", "above and below", "front and back"))
+}
+
+
+def generated_overlap(seed: int, opposite: bool = False) -> tuple[str, KnownShape, KnownShape]:
     """Return the kind of cut, and two surfaces that overlap, in other poses.
 
     They are of one person for even seeds, of two for odd ones. Cuts are drawn again if they leave
     more or less in common than `OVERLAPS`.
+
+    Parameters
+    ----------
+    seed
+        Of bodies, poses and cuts.
+    opposite
+        Whether they lack opposite sides, with `OVERLAPS_OF_SIDES` in common.
     """
     rng = np.random.default_rng(seed)
-    kind = list(KINDS)[seed // 2 % len(KINDS)]
+    kinds = OPPOSITE if opposite else {name: (cut_off,) * 2 for name, cut_off in KINDS.items()}
+    least, most = OVERLAPS_OF_SIDES if opposite else OVERLAPS
+    kind = list(kinds)[seed % 3 if opposite else seed // 2 % 3]
     figure = human_figure(random_proportions(USUAL, rng))
     other = human_figure(random_proportions(USUAL, rng)) if seed % 2 else figure
     bodies = [
@@ -56,9 +86,10 @@ def generated_overlap(seed: int) -> tuple[str, KnownShape, KnownShape]:
     truth = np.arange(len(partners)), partners
     while True:
         shapes = []
-        for name, body, points in zip(("source", "target"), bodies, truth, strict=True):
+        names = "source", "target"
+        for name, cut_off, body, points in zip(names, kinds[kind], bodies, truth, strict=True):
             mesh = triangle_mesh(body.vertices, body.faces)
-            vertices, part = KINDS[kind](mesh, body.rest, rng)
+            vertices, part = cut_off(mesh, body.rest, rng)
             numbers = np.full(mesh.n_vertices, -1)
             numbers[vertices] = np.arange(len(vertices))
             scale = float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
@@ -66,7 +97,7 @@ def generated_overlap(seed: int) -> tuple[str, KnownShape, KnownShape]:
             shapes.append(KnownShape(f"{name}{seed}", "overlap", shape, numbers[points], None))
         source, target = shapes
         shares = truly_covered(source, target).mean(), truly_covered(target, source).mean()
-        if OVERLAPS[0] <= min(shares) and max(shares) <= OVERLAPS[1]:
+        if least <= min(shares) and max(shares) <= most:
             return kind, source, target
 
 

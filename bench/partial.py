@@ -6,9 +6,9 @@ With ``--cut``, parts are cut out of every shape of the folder, or of generated 
 classes, and matched with the one before it in its class. With ``--halves``, the left, right, front
 and back half of every shape of the folder are matched with another shape.
 With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
-of two in turn; or every two shapes of the folder that lack known points. With ``--ends``, too:
-every shape of the folder, or of generated figures of six classes, and the one before it in its
-class, three ends of limbs cut off each.
+of two in turn, which lack opposite sides with ``--opposite``; or every two shapes of the folder
+that lack known points. With ``--ends``, too: every shape of the folder, or of generated figures of
+six classes, and the one before it in its class, three ends of limbs cut off each.
 
 Printed are the mean geodesic error of the points of the first shape that are matched, over √area of
 the second one; of the vertices without a partner, the F1 score on the second shape, and on the
@@ -136,11 +136,13 @@ def _neighbours(folder: Path | None) -> list[Pair]:
     ]
 
 
-def overlapping_pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
+def overlapping_pairs(
+    folder: Path | None, count: int, first: int, opposite: bool
+) -> Iterator[Pair]:
     """Yield pairs of parts."""
     if folder is None:
         for seed in range(first, first + count):
-            _, source, target = generated_overlap(seed)
+            _, source, target = generated_overlap(seed, opposite)
             yield source, target
         return
     yield from combinations(_read(folder)[0], 2)
@@ -157,7 +159,7 @@ def chosen_pairs(arguments: argparse.Namespace) -> Iterator[Pair]:
         return cut_pairs(folder, first)
     count = _COUNT if arguments.count is None else arguments.count
     if arguments.both:
-        return overlapping_pairs(folder, count, first)
+        return overlapping_pairs(folder, count, first, arguments.opposite)
     if arguments.vertices is None:
         return pairs(folder, count, first)
     return pairs(folder, count, first, (arguments.vertices, arguments.vertices + 1))
@@ -252,6 +254,7 @@ def main() -> None:
     parser.add_argument("--halves", action="store_true", help="halve shapes of the folder")
     parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--both", action="store_true", help="match parts with parts")
+    parser.add_argument("--opposite", action="store_true", help="cut opposite sides off them")
     parser.add_argument("--ends", action="store_true", help="cut ends off both")
     parser.add_argument("--detected", action="store_true", help="do not say which is the part")
     parser.add_argument("--fit", action="store_true", help="fit the confidence")
@@ -264,6 +267,8 @@ def main() -> None:
         parser.error("--halves is for shapes of a folder: give --data, leave out --cut and --both")
     if arguments.ends and (arguments.cut or arguments.halves or arguments.count is not None):
         parser.error("--ends cuts shapes of its own: leave out --cut, --halves and --count")
+    if arguments.opposite and (arguments.data or not arguments.both):
+        parser.error("--opposite is for generated bodies: give --both, leave out --data")
     both = arguments.both or arguments.ends
     partial = "detected" if arguments.detected else "both" if both else "source"
     options = MatchOptions(dense=True, partial=partial, proof="candidates")

@@ -3,15 +3,27 @@
 import numpy as np
 import pytest
 
-from bench.overlap import OVERLAPS, generated_overlap, truly_covered
+from bench.overlap import OVERLAPS, OVERLAPS_OF_SIDES, generated_overlap, truly_covered
 
 
+@pytest.mark.parametrize("opposite", [False, True])
 @pytest.mark.parametrize("seed", [0, 3])
-def test_surfaces_overlap_as_much_as_wanted(seed: int) -> None:
-    _, source, target = generated_overlap(seed)
+def test_surfaces_overlap_as_much_as_wanted(seed: int, opposite: bool) -> None:
+    _, source, target = generated_overlap(seed, opposite)
+    least, most = OVERLAPS_OF_SIDES if opposite else OVERLAPS
     for one, other in ((source, target), (target, source)):
-        share = truly_covered(one, other).mean()
-        assert OVERLAPS[0] <= share <= OVERLAPS[1]
+        assert least <= truly_covered(one, other).mean() <= most
+
+
+def test_opposite_sides_are_missing() -> None:
+    """The left of one, and the right of the other: points without partner are on either side."""
+    kind, source, target = generated_overlap(0, opposite=True)
+    assert kind == "left and right"
+    assert source.truth is not None
+    assert target.truth is not None
+    lacking = [one.truth < 0 for one in (source, target)]
+    assert not (lacking[0] & lacking[1]).any()
+    assert all(0.1 < one.mean() < 0.4 for one in lacking)
 
 
 def test_points_of_one_person_keep_their_distances() -> None:
