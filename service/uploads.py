@@ -24,6 +24,7 @@ from broker.contracts import (
     UploadPayload,
 )
 from broker.store import Keys, RecordLost, Store
+from broker.telemetry import logger
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
     INVALID,
@@ -53,6 +54,8 @@ UploadName = Annotated[
     Form(min_length=1, max_length=LONGEST, description="A name; default: that of the file."),
 ]
 
+
+log = logger("isomatch.api")
 
 _PARTS: Final = ("file", "name")
 
@@ -98,6 +101,10 @@ class _Records(Protocol[KeptT]):
     def get(self, record_id: str, /) -> KeptT | None: ...
 
     def use(self, record_id: str, /) -> KeptT | None: ...
+
+    def lost(self, record_id: str, /) -> bool: ...
+
+    def delete(self, record_id: str, /) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -261,9 +268,13 @@ class UploadKind(Generic[RecordT]):
             service.store.admission.bind(
                 IdempotencyRecord.of(sender.caller, sender.key, content, ttl)
             )
-        known = self.records(service.store).use(payload.upload)
-        if known is not None:
+        records = self.records(service.store)
+        known = records.use(payload.upload)
+        if known is not None and not records.lost(payload.upload):
             return known, ""
+        if known is not None:
+            log.warning("lost content is uploaded again", upload=payload.upload)
+            records.delete(payload.upload)
         order = RequestOrigin(sender.request_id, sender.caller)
         return None, service.queue.submit_validation(payload, data, order)
 

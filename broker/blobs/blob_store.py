@@ -59,6 +59,15 @@ class BlobStore(Protocol):
             There is no such blob.
         """
 
+    def size(self, path: str) -> int:
+        """Return the number of bytes of a blob.
+
+        Raises
+        ------
+        BlobLost
+            There is no such blob.
+        """
+
     def delete(self, path: str) -> None:
         """Delete a blob, if there is one."""
 

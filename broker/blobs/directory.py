@@ -71,6 +71,11 @@ class DirectoryBlobs:
                 self._check_present()
                 raise BlobLost(path, "missing") from error
 
+    def size(self, path: str) -> int:
+        """Ask for the size of a file."""
+        with self.open(path) as file, _reported():
+            return os.fstat(file.fileno()).st_size
+
     def delete(self, path: str) -> None:
         """Delete a file."""
         with _reported():

@@ -26,6 +26,10 @@ class LeftToSweep:
         """Refuse."""
         raise BlobsAway("this process reads no blobs: it forks others that do")
 
+    def size(self, path: str) -> int:
+        """Refuse."""
+        raise BlobsAway("this process reads no blobs: it forks others that do")
+
     def delete(self, path: str) -> None:
         """Leave the blob to the sweep."""
 

@@ -98,6 +98,10 @@ class ObjectStorage:
 
         return self._asked(path, fetch)
 
+    def size(self, path: str) -> int:
+        """Ask for the size of an object."""
+        return self._asked(path, lambda: obstore.head(self._store, path)["size"])
+
     def delete(self, path: str) -> None:
         """Delete an object."""
         try:

@@ -54,6 +54,10 @@ class Attributes:
         self.use(attributes_id)
         return self.blobs.get(self.keys.attributes_file(attributes_id))
 
+    def lost(self, attributes_id: str) -> bool:
+        """Whether the blob store has lost the bytes of a file."""
+        return self.blobs.lost([self.keys.attributes_file(attributes_id)])
+
     def expired(self, attributes_id: str) -> bool:
         """Whether a file that does not exist has expired (and was not deleted)."""
         return bool(self.client.exists(self.keys.attributes_tombstone(attributes_id)))

@@ -239,6 +239,32 @@ class Blobs:
         file.seek(0)
         return file
 
+    def lost(self, keys: Iterable[str]) -> bool:
+        """Whether a blob is missing, or not of its size, though one of these keys refers to it.
+
+        Raises
+        ------
+        BlobsAway
+            The blob store does not answer, or is that of another Redis.
+        """
+        return any(map(self._lost, keys))
+
+    def _lost(self, key: str) -> bool:
+        try:
+            reference = self.reference(key)
+        except NotMigrated:
+            return False
+        if reference is None:
+            return False
+        try:
+            found = self.store.size(reference.path(key))
+        except BlobLost:
+            if self.reference(key) != reference:
+                return self._lost(key)
+            self.check_owner()
+            return True
+        return found != reference.size
+
     def discard(self, found: Iterable[tuple[str, object]]) -> None:
         """Delete blobs whose references were deleted; where that fails, the sweep will.
 

@@ -66,6 +66,10 @@ class Prototypes:
         self.use(prototype_id)
         return self.blobs.get(self.keys.prototype_geometry(prototype_id))
 
+    def lost(self, prototype_id: str) -> bool:
+        """Whether the blob store has lost bytes of a prototype."""
+        return self.blobs.lost(self._bytes_of(prototype_id))
+
     def expired(self, prototype_id: str) -> bool:
         """Whether a prototype that does not exist has expired (and was not deleted)."""
         return bool(self.client.exists(self.keys.prototype_tombstone(prototype_id)))

@@ -78,6 +78,10 @@ class Shapes:
         """Return the geometry of a shape for the page, gzip, and extend its life."""
         return self._used(shape_id, self.keys.shape_geometry(shape_id))
 
+    def lost(self, shape_id: str) -> bool:
+        """Whether the blob store has lost bytes of a shape."""
+        return self.blobs.lost(self._bytes_of(shape_id))
+
     def expired(self, shape_id: str) -> bool:
         """Whether a shape that does not exist has expired (and was not deleted)."""
         return bool(self.client.exists(self.keys.shape_tombstone(shape_id)))

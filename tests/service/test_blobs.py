@@ -65,10 +65,25 @@ def test_lost_content_is_told(
     job = http.get(f"/v1/jobs/{asked.json()['id']}", params={"wait": 60}).json()
     assert job["state"] == "failed"
     assert job["error"]["type"] == "urn:isomatch:problem:content-lost"
+    assert shape in job["error"]["detail"]
     # What the problem says to do helps.
     assert http.delete(f"/v1/shapes/{shape}").status_code == 204
     upload(data)
     assert http.get(f"/v1/shapes/{shape}/mesh").content == data
+
+
+@pytest.mark.parametrize("key", [DEFAULT_KEYS.shape_mesh, DEFAULT_KEYS.shape_upload])
+def test_an_upload_restores_lost_content(
+    api: Api, http: httpx2.Client, upload: Callable[..., Json], key: Callable[[str], str]
+) -> None:
+    data = blob_file(2, seed=330)
+    shape = upload(data)["id"]
+    path_of(api.store, key(shape)).unlink()
+    upload(data)
+    assert http.get(f"/v1/shapes/{shape}/mesh").content == data
+    asked = http.post("/v1/matches", json={"source": shape, "target": shape, **QUICK})
+    job = http.get(f"/v1/jobs/{asked.json()['id']}", params={"wait": 60}).json()
+    assert job["state"] == "succeeded", job
 
 
 def test_results_that_are_lost_are_told(

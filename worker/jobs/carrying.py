@@ -37,7 +37,7 @@ from solver.transfer.attributes import Along
 from solver.transfer.files import read_attributes
 from worker.jobs.attribute_rows import with_rows_known
 from worker.jobs.context import JobContext
-from worker.jobs.failures import AttributesGone, ShapeGone
+from worker.jobs.failures import AttributesGone, ShapeGone, content_of
 from worker.jobs.meshes import stored_mesh
 from worker.jobs.textures import carried_paint, corner_attributes, texture_of
 
@@ -229,7 +229,8 @@ def _attributes(payload: TransferPayload, store: Store) -> tuple[Attribute, ...]
     mesh = stored_mesh(payload.source, store.shapes)
     if payload.what == COLORS:
         return (_own_colors(mesh),)
-    shape, data = store.shapes.get(payload.source), store.shapes.upload(payload.source)
+    with content_of(payload.source):
+        shape, data = store.shapes.get(payload.source), store.shapes.upload(payload.source)
     if shape is None or data is None:
         raise ShapeGone(payload.source)
     try:

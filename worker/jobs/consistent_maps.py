@@ -123,8 +123,8 @@ def _map_of(
 ) -> PairwiseMap | str:
     try:
         found = matching.match(source, target, options, control)
-    except (MeshError, OptionError) as error:
-        return str(error)
+    except (MeshError, OptionError, MemoryError) as error:
+        return reason_of(error)
     if found.dense is None or found.confidence is None:
         return _TIME_UP if control.expired else "its surfaces could not be registered"
     return PairwiseMap(found.dense, found.confidence)

@@ -3,6 +3,7 @@
 ::
 
     Gone                a shape, upload, prototype, attribute file or result expired or was deleted
+    └── ShapeLost       the blob store has lost the content of a shape
     UnusableShape       one of several shapes cannot be used
     TooLarge            a shape needs more memory than a job may take
     TimeUp              the job's time was up before it had any part of its result
@@ -43,6 +44,24 @@ class ShapeGone(Gone):
 
     def __init__(self, shape: str) -> None:
         super().__init__(f"shape {shape} was deleted, or expired, before this job could run")
+
+
+class ShapeLost(Gone):
+    """The blob store has lost the content of a shape.
+
+    Parameters
+    ----------
+    shape
+        Id of the shape.
+    reason
+        What is wrong with it, as :class:`~broker.blobs.BlobLost` has it.
+    """
+
+    slug, title = "content-lost", "Content lost"
+
+    def __init__(self, shape: str, reason: str) -> None:
+        lost = f"the stored content of shape {shape} is {reason}"
+        super().__init__(f"{lost}; delete it, and upload it again")
 
 
 class UploadGone(Gone):
@@ -128,6 +147,26 @@ def attributed_to(field: str) -> Iterator[None]:
         raise UnusableShape(field, str(error)) from error
 
 
+@contextmanager
+def content_of(shape: str) -> Iterator[None]:
+    """Name the shape whose content is read.
+
+    Parameters
+    ----------
+    shape
+        Id of the shape.
+
+    Raises
+    ------
+    ShapeLost
+        For any :class:`~broker.blobs.BlobLost` inside.
+    """
+    try:
+        yield
+    except BlobLost as error:
+        raise ShapeLost(shape, error.reason) from error
+
+
 def none_usable(
     shapes: Sequence[str], reasons: Sequence[str | None], store: Store
 ) -> ShapeGone | UnusableShape:
@@ -169,12 +208,16 @@ class TooLarge(Exception):
         )
 
 
-SHAPE_FAILURES: Final = (UnusableShape, ShapeGone, TooLarge)
+SHAPE_FAILURES: Final = (UnusableShape, ShapeGone, ShapeLost, TooLarge, MemoryError)
 """Failures of one of several shapes, without which a job of a collection goes on."""
+
+_OUT_OF_MEMORY: Final = "this needs more memory than a job may take; simplify the mesh"
 
 
 def reason_of(error: Exception) -> str:
     """Return the reason why one of several shapes failed, for the report on that shape."""
+    if isinstance(error, MemoryError):
+        return _OUT_OF_MEMORY
     return error.field.message if isinstance(error, UnusableShape) else str(error)
 
 
@@ -227,8 +270,8 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
         case SolverError():
             return Problem.of("no-solution", "No answer", 422, str(error))
         case TooLarge() | MemoryError():
-            detail = "This needs more memory than a job may take; simplify the mesh."
-            stated = str(error) if isinstance(error, TooLarge) else detail
+            detail = reason_of(error)
+            stated = f"{detail[:1].upper()}{detail[1:].removesuffix('.')}."
             return Problem.of("out-of-memory", "Out of memory", 422, stated)
         case JobTimeoutException() | TimeUp():
             return Problem.of("timed-out", "Took too long", 422, _timed_out(record))
@@ -261,7 +304,8 @@ def _store_failed(error: Exception) -> Problem | None:
     if isinstance(error, QuotaExceeded):
         return Problem.of("quota-exceeded", "Quota used up", 507, error.detail)
     if isinstance(error, BlobLost):
-        detail = f"The stored content that this needs is {error.reason}; upload or request it"
+        lost = f"The stored content that this needs is {error.reason}"
+        detail = f"{lost}; delete it, and upload or request it"
         return Problem.of("content-lost", "Content lost", 410, f"{detail} again.")
     return store_away() if isinstance(error, BlobError) else None
 

@@ -191,8 +191,8 @@ def load_shape(
     ------
     UnusableShape
         The shape cannot be matched.
-    ShapeGone
-        It was deleted.
+    ShapeGone, ShapeLost
+        It was deleted, or its content is lost.
     Cancelled
         Through `control`.
     """

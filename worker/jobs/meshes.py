@@ -12,7 +12,7 @@ from broker.contracts import SpectrumKey, SpectrumParameters, spectrum_key
 from broker.store import Shapes, Store
 from solver.arrays import IntArray, npz_bytes
 from solver.mesh import TriangleMesh, largest_component, simplified
-from worker.jobs.failures import ShapeGone
+from worker.jobs.failures import ShapeGone, content_of
 
 
 def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
@@ -59,10 +59,11 @@ def stored_mesh(shape: str, shapes: Shapes) -> TriangleMesh:
 
     Raises
     ------
-    ShapeGone
-        The shape was deleted.
+    ShapeGone, ShapeLost
+        The shape was deleted, or its content is lost.
     """
-    stored = shapes.mesh(shape)
+    with content_of(shape):
+        stored = shapes.mesh(shape)
     if stored is None:
         raise ShapeGone(shape)
     return mesh_from_bytes(stored)
@@ -96,8 +97,8 @@ def mesh_of(key: SpectrumKey, shape: str, store: Store) -> TriangleMesh:
 
     Raises
     ------
-    ShapeGone
-        The shape was deleted.
+    ShapeGone, ShapeLost
+        The shape was deleted, or its content is lost.
     """
     if key.simplify is not None:
         cached = store.spectra.get(key.mesh_name)

@@ -10,7 +10,7 @@ from solver.errors import OptionError
 from solver.mesh import TriangleMesh, mapped_surface, textured_surface
 from solver.mesh.textures import Paint
 from solver.transfer import CORNERS, Attribute
-from worker.jobs.failures import ShapeGone
+from worker.jobs.failures import ShapeGone, content_of
 
 _Surface = tuple[TriangleMesh, Paint]
 
@@ -77,7 +77,8 @@ def _read(
 
 
 def _file_of(shape: str, shapes: Shapes) -> tuple[bytes, str]:
-    record, data = shapes.get(shape), shapes.upload(shape)
+    with content_of(shape):
+        record, data = shapes.get(shape), shapes.upload(shape)
     if record is None or data is None:
         raise ShapeGone(shape)
     return data, record.file_type

@@ -37,6 +37,7 @@ def test_bytes_come_back(blobs: BlobStore, size: int) -> None:
     blobs.put("ab/job!1-x!mesh!0", data)
     assert content(blobs, "ab/job!1-x!mesh!0") == data
     assert blobs.read("ab/job!1-x!mesh!0") == data
+    assert blobs.size("ab/job!1-x!mesh!0") == size
     (entry,) = blobs.list("ab")
     assert (entry.path, entry.size) == ("ab/job!1-x!mesh!0", size)
 
@@ -54,7 +55,7 @@ def test_what_is_deleted_is_lost(blobs: BlobStore) -> None:
     blobs.put("ab/2", b"y")
     blobs.delete("ab/1")
     blobs.delete("ab/1")
-    for use in (blobs.open, blobs.read):
+    for use in (blobs.open, blobs.read, blobs.size):
         with pytest.raises(BlobLost):
             use("ab/1")
     assert content(blobs, "ab/2") == b"y"

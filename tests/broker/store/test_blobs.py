@@ -87,6 +87,20 @@ def test_missing_bytes_are_told_from_a_missing_record(store: Store) -> None:
             read(KEY)
 
 
+def test_what_is_lost_is_seen_without_reading_it(store: Store) -> None:
+    assert isinstance(store.blobs.store, DirectoryBlobs)
+    store.blobs.save(KEY, b"content", 100)
+    assert not store.blobs.lost([KEY])
+    damage(store, b"conten")
+    assert store.blobs.lost([KEY])
+    (store.blobs.store.root / files(store)[0]).unlink()
+    assert store.blobs.lost([KEY])
+    store.client.delete(KEY)
+    assert not store.blobs.lost([KEY])
+    store.client.set(KEY, b"bytes of an earlier version")
+    assert not store.blobs.lost([KEY])
+
+
 def test_nothing_is_lost_where_the_directory_is_not_mounted(store: Store) -> None:
     store.blobs.check()
     store.blobs.save(KEY, b"content", 100)
@@ -94,7 +108,7 @@ def test_nothing_is_lost_where_the_directory_is_not_mounted(store: Store) -> Non
     root = store.blobs.store.root
     volume = root.rename(root.with_name("volume"))
     root.mkdir()
-    for read in (store.blobs.get, store.blobs.open):
+    for read in (store.blobs.get, store.blobs.open, lambda key: store.blobs.lost([key])):
         with pytest.raises(BlobsAway, match="is empty"):
             read(KEY)
     root.rmdir()

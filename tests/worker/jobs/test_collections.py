@@ -1,6 +1,12 @@
-"""Jobs of several shapes of which no part of the result is found."""
+"""Jobs of several shapes of which parts, or no part, of the result are found."""
+
+import gzip
+import io
+import json
+import zipfile
 
 import pytest
+from numpy.lib.format import write_array_header_1_0
 
 from broker.contracts import (
     ConsistentMapsPayload,
@@ -12,6 +18,7 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue, new_job
+from broker.store import DEFAULT_KEYS
 from tests.worker.families import family
 from tests.workers import validation
 from worker.jobs.runner import Runner
@@ -63,3 +70,41 @@ def test_without_time_for_any_part_a_job_took_too_long(queue: JobQueue, kind: ty
     problem = failure(queue, payload, job_timeout=0)
     assert problem.slug == "timed-out"
     assert "give fewer shapes" in problem.detail
+
+
+def greedy_mesh() -> bytes:
+    """A mesh whose vertices claim more memory than there is."""
+    header, archive = io.BytesIO(), io.BytesIO()
+    claimed = {"descr": "<f8", "fortran_order": False, "shape": (2**50, 3)}
+    write_array_header_1_0(header, claimed)
+    with zipfile.ZipFile(archive, "w") as files:
+        files.writestr("vertices.npy", header.getvalue())
+    return archive.getvalue()
+
+
+@pytest.mark.parametrize("kind", [ConsistentMapsPayload, RegistrationPayload])
+def test_shapes_that_cannot_be_loaded_are_named(queue: JobQueue, kind: type) -> None:
+    blobs, keys = queue.store.blobs, DEFAULT_KEYS
+    first, second, lost, greedy = uploaded(queue, family(4, 1))
+    reference = blobs.reference(keys.shape_mesh(lost))
+    assert reference is not None
+    blobs.store.delete(reference.path(keys.shape_mesh(lost)))
+    blobs.save(keys.shape_mesh(greedy), greedy_mesh(), 1000)
+    parameters = FAST.model_copy(update={"dense": True})
+    payload: Payload = ConsistentMapsPayload(
+        shapes=(first, second, lost, greedy), parameters=parameters
+    )
+    if kind is RegistrationPayload:
+        payload = RegistrationPayload(
+            template=first, shapes=(second, lost, greedy), scale=True, parameters=parameters
+        )
+    job = queue.submit(new_job(payload)).id
+    Runner(queue, "runner").run(job)
+    packed = queue.store.results.document(job)
+    assert packed is not None, queue.store.jobs.get(job)
+    document = json.loads(gzip.decompress(packed))
+    reports = document["specimens" if kind is RegistrationPayload else "shapes"]
+    reasons = {one["shape"]: one["reason"] for one in reports}
+    assert reasons[second] is None
+    assert f"shape {lost} is missing" in reasons[lost]
+    assert "more memory" in reasons[greedy]
