@@ -17,7 +17,12 @@ from broker.contracts import (
 )
 from broker.queue import new_job
 from service.dependencies import Service, ServiceOf
-from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
+from service.dissimilarities.partial import (
+    Matrix,
+    known_matrix,
+    number_of_pairs,
+    packed_document,
+)
 from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissimilarities
 from service.http import (
     AcceptEncoding,
@@ -97,10 +102,8 @@ def get_dissimilarities(
         "labels": payload.labels,
         "pairs": number_of_pairs(count),
         "pairs_done": done,
-        "matrix": matrix,
     }
-    text = json.dumps(fields, allow_nan=False, separators=(",", ":"))
-    return json_answer(gzip.compress(text.encode(), compresslevel=1), accept_encoding)
+    return json_answer(packed_document(fields, matrix), accept_encoding)
 
 
 def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matrix, int]:

@@ -1,8 +1,11 @@
 """The dissimilarities that are known while a collection is still compared."""
 
+import gzip
+import io
+import json
 import sys
 from array import array
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import combinations, islice
 
 Matrix = list[list[float | None]]
@@ -43,6 +46,30 @@ def known_matrix(count: int, size: int, parts: Iterable[tuple[int, bytes]]) -> t
             matrix[i][j] = matrix[j][i] = value
         place = first + len(values)
     return matrix, sum(map(len, known.values()))
+
+
+def packed_document(fields: Mapping[str, object], matrix: Matrix) -> bytes:
+    """Return a document with a matrix, JSON in gzip.
+
+    Parameters
+    ----------
+    fields
+        The other fields, at least one.
+    matrix
+        The field ``matrix``.
+    """
+    packed = io.BytesIO()
+    with gzip.GzipFile(fileobj=packed, mode="wb", compresslevel=1, mtime=0) as file:
+        file.write(f'{_json(fields)[:-1]},"matrix":['.encode())
+        # A row at a time: other threads wait for `dumps`, and a matrix may take seconds.
+        for place, row in enumerate(matrix):
+            file.write(f"{',' if place else ''}{_json(row)}".encode())
+        file.write(b"]}")
+    return packed.getvalue()
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, allow_nan=False, separators=(",", ":"))
 
 
 def _numbers(data: bytes) -> "array[float]":

@@ -1,7 +1,10 @@
 """Collections over HTTP: compared, looked at on the way, fetched in three forms, refused."""
 
+import gzip
 import io
+import json
 import struct
+import tracemalloc
 from collections.abc import Callable
 
 import httpx2
@@ -20,7 +23,7 @@ from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS
 from service.dependencies import Service
 from service.dissimilarities.endpoints import known_so_far
-from service.dissimilarities.partial import known_matrix, number_of_pairs
+from service.dissimilarities.partial import known_matrix, number_of_pairs, packed_document
 from service.dissimilarities.schemas import PartialDissimilarities
 from service.http import JobExpired
 from service.settings import Settings
@@ -191,6 +194,19 @@ def test_parts_make_a_matrix() -> None:
                 expected = None if place // size == left_out else value
                 assert matrix[i][j] == matrix[j][i] == expected
             assert all(matrix[k][k] == 0.0 for k in range(count))
+
+
+def test_a_matrix_is_written_row_by_row() -> None:
+    """The document is never in memory as a whole."""
+    matrix: list[list[float | None]] = np.random.default_rng(0).random((400, 400)).tolist()
+    matrix[0][1] = None
+    tracemalloc.start()
+    packed = packed_document({"job": "a", "pairs": 1}, matrix)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    text = gzip.decompress(packed)
+    assert json.loads(text) == {"job": "a", "pairs": 1, "matrix": matrix}
+    assert peak < len(text)
 
 
 def test_partial_dissimilarities_when_the_job_ends_meanwhile(server: EmbeddedServer) -> None:

@@ -231,6 +231,18 @@ def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:
     assert (first["position"], second["position"]) == (4, 5)
 
 
+def test_a_result_is_not_read_again_while_it_is_drawn(idle: tuple[httpx2.Client, Api]) -> None:
+    http, api = idle
+    job = ask(http, put_shapes(api), metric="geodesic", descriptor="none", orientation=False)
+    picture, jobs = job["links"]["picture"], api.store.jobs
+    assert jobs.claim(job["id"], "runner")
+    assert jobs.succeed(job["id"], "runner", b'{"alternatives": [{}]}')
+    problem(http.get(picture, params={"alternative": 2}), 422, "invalid-request")
+    problem(http.get(picture, params={"alternative": 1}), 503, "picture-not-ready")
+    api.store.blobs.save(DEFAULT_KEYS.job_result(job["id"]), b"unreadable", 1000)
+    problem(http.get(picture, params={"alternative": 1}), 503, "picture-not-ready")
+
+
 def test_a_long_poll_ends_with_the_time_or_the_job(idle: tuple[httpx2.Client, Api]) -> None:
     http, api = idle
     job = ask(http, put_shapes(api), metric="geodesic", descriptor="none", orientation=False)
