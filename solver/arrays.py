@@ -3,7 +3,7 @@
 import io
 import zipfile
 from collections.abc import Mapping
-from typing import Any, TypeAlias
+from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -47,3 +47,26 @@ def npz_bytes(
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, values, allow_pickle=False)
     return stream.getvalue()
+
+
+def array_header(member: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Return shape and type of an array by its header, which may promise more than there is.
+
+    Parameters
+    ----------
+    member
+        An ``.npy`` file, as of :meth:`zipfile.ZipFile.open`; it is read up to the values.
+
+    Raises
+    ------
+    ValueError, TypeError, SyntaxError, RecursionError
+        The header is damaged.
+    """
+    version = np.lib.format.read_magic(member)
+    if version == (1, 0):
+        shape, _, kind = np.lib.format.read_array_header_1_0(member)
+    elif version == (2, 0):
+        shape, _, kind = np.lib.format.read_array_header_2_0(member)
+    else:
+        raise ValueError(f"arrays of version {version} are not read")
+    return shape, kind

@@ -2,12 +2,14 @@
 
 import io
 import json
-from typing import Any
+import math
+import zipfile
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.arrays import npz_bytes
+from solver.arrays import array_header, npz_bytes
 from solver.errors import OptionError, PrototypeError
 from solver.matching import MAX_POINTS, MIN_POINTS
 from solver.prototype.mixtures import GaussianMixtures
@@ -107,15 +109,32 @@ def prototype_from_bytes(data: bytes) -> Prototype:
             size = sum(entry.file_size for entry in archive.zip.infolist())
             if size > _MAX_BYTES:
                 raise PrototypeError("not a prototype: the archive is too large")
+            _check_promises(archive.zip)
             arrays = {name: archive[name] for name in archive.files}
         about = json.loads(arrays["about"].tobytes().decode())
         return _prototype(about, arrays)
-    except PrototypeError:
+    except (PrototypeError, MemoryError):
         raise
     except KeyError as error:
         raise PrototypeError(f"not a prototype: the archive lacks {error}") from error
     except Exception as error:  # readers of damaged archives raise anything
         raise PrototypeError(f"not a prototype: {error or type(error).__name__}") from error
+
+
+def _check_promises(archive: zipfile.ZipFile) -> None:
+    """Refuse arrays whose headers promise more than their members hold, which would be allocated.
+
+    Raises
+    ------
+    PrototypeError
+        An array is cut off.
+    ValueError, TypeError, SyntaxError, RecursionError
+        A header is damaged.
+    """
+    for entry in archive.infolist():
+        with archive.open(entry) as member:
+            shape, kind = array_header(cast(BinaryIO, member))
+        _require(kind.itemsize * math.prod(shape) <= entry.file_size, entry.filename)
 
 
 def _described(choice: Structure) -> dict[str, Any]:

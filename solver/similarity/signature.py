@@ -146,6 +146,8 @@ class Signature:
             found = cls(*(np.load(stream, allow_pickle=False) for _ in range(3)))
             kinds, points = found.vertices.shape
             shapes = found.distances.shape, found.descriptors.shape[:2]
+        except MemoryError:
+            raise
         except Exception as error:
             raise ValueError(f"not a stored signature: {error}") from error
         if shapes != ((kinds, points, points), (kinds, points)):

@@ -1,6 +1,8 @@
 """The functions that RQ calls by name, each in a process of its own, forked from a warm worker."""
 
+import signal
 from functools import cache
+from types import FrameType
 
 import structlog
 from redis import Redis
@@ -12,6 +14,7 @@ from broker.queue import JobQueue, tenant_of
 from broker.store import Store
 from broker.tracing import exporting
 from broker.upkeep import LOSSES_AFTER_KILL, handle_lost_process
+from worker.jobs.failures import JobTimedOut
 from worker.jobs.runner import BLOB_PATIENCE, Runner
 from worker.settings import WorkerSettings
 
@@ -26,6 +29,8 @@ def run(job_id: str) -> None:
     """Run one job, in the process that RQ forked for it."""
     settings = worker_settings()
     limit_memory(settings.job_memory_mb)
+    # RQ has set the alarm, and restores the handler.
+    signal.signal(signal.SIGALRM, _time_out)
     job = get_current_job()
     assert job is not None
     assert job.worker_name is not None
@@ -37,6 +42,10 @@ def run(job_id: str) -> None:
         queue, patience = JobQueue(store, settings), min(BLOB_PATIENCE, settings.redis_patience)
         # A worker runs one process at a time, and its name is never given to another.
         Runner(queue, job.worker_name, settings, patience).run(job_id)
+
+
+def _time_out(number: int, frame: FrameType | None) -> None:
+    raise JobTimedOut
 
 
 def stopped(job: Job, connection: Redis) -> None:

@@ -8,13 +8,13 @@
     TooLarge            a shape needs more memory than a job may take
     TimeUp              the job's time was up before it had any part of its result
     NotDelivered        a webhook's receiver did not accept it
+
+    JobTimedOut         the job took longer than it may; no Exception
 """
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import ClassVar, Final
-
-from rq.timeouts import JobTimeoutException
 
 from broker.blobs import BlobError, BlobLost, BlobsFull
 from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem
@@ -225,6 +225,13 @@ class TimeUp(Exception):
     """The time of a job was up before it had any part of its result."""
 
 
+class JobTimedOut(BaseException):
+    """A job took longer than it may, wherever it was.
+
+    No :class:`Exception`: readers of damaged files take any of those for damage.
+    """
+
+
 class NotDelivered(Exception):
     """The receiver of a webhook did not accept it."""
 
@@ -240,12 +247,12 @@ def newer_version() -> Problem:
     )
 
 
-def unreadable(job_id: str, error: Exception) -> Problem:
+def unreadable(job_id: str, error: Exception | JobTimedOut) -> Problem:
     """Return the problem of a job whose record cannot be read."""
     return newer_version() if isinstance(error, NewerRecord) else _internal(job_id)
 
 
-def problem_of(error: Exception, record: JobRecord) -> Problem:
+def problem_of(error: Exception | JobTimedOut, record: JobRecord) -> Problem:
     """Return the problem of a job that raised an error.
 
     Parameters
@@ -273,7 +280,7 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             detail = reason_of(error)
             stated = f"{detail[:1].upper()}{detail[1:].removesuffix('.')}."
             return Problem.of("out-of-memory", "Out of memory", 422, stated)
-        case JobTimeoutException() | TimeUp():
+        case JobTimedOut() | TimeUp():
             return Problem.of("timed-out", "Took too long", 422, _timed_out(record))
         case NoAlternative():
             return Problem.of("invalid-request", "Invalid request", 422, str(error), (error.field,))
@@ -297,7 +304,7 @@ def _timed_out(record: JobRecord) -> str:
     return "This takes longer than a job may take; simplify the shapes."
 
 
-def _store_failed(error: Exception) -> Problem | None:
+def _store_failed(error: Exception | JobTimedOut) -> Problem | None:
     if isinstance(error, BlobsFull):
         detail = "There is no space left to store what this makes; try again later."
         return Problem.of("storage-full", "Storage full", 507, detail)

@@ -26,7 +26,7 @@ from worker.jobs.consistent_maps import map_consistently
 from worker.jobs.context import JobContext
 from worker.jobs.delivery import deliver
 from worker.jobs.drawing import draw
-from worker.jobs.failures import problem_of, unreadable
+from worker.jobs.failures import JobTimedOut, problem_of, unreadable
 from worker.jobs.matches import match
 from worker.jobs.progress import TOTAL, WAITING, Reporter
 from worker.jobs.prototypes import learn
@@ -152,7 +152,7 @@ class Runner:
             if jobs.finish_cancelled(record.id, self.name):
                 _reject_upload(context)
             log.info("cancelled")
-        except Exception as error:
+        except (Exception, JobTimedOut) as error:
             problem = problem_of(error, record)
             # A traceback only of unforeseen errors.
             log.warning("failed", problem=problem.slug, exc_info=problem.status == 500)

@@ -24,7 +24,7 @@ from solver.control import Control
 from solver.errors import Cancelled
 from worker.jobs.comparison import Comparison
 from worker.jobs.context import JobContext
-from worker.jobs.failures import problem_of, unreadable
+from worker.jobs.failures import JobTimedOut, problem_of, unreadable
 from worker.jobs.progress import Reporter
 
 SLICE_SECONDS: Final = 1.0
@@ -58,7 +58,7 @@ def run_time_slice(payload: TimeSlicePayload, context: JobContext) -> None:
         raise
     except Cancelled:
         store.jobs.finish_cancelled(job_id, job_id)
-    except Exception as error:
+    except (Exception, JobTimedOut) as error:
         problem = unreadable(job_id, error) if job is None else problem_of(error, job)
         # A cancelled job cannot fail: its chunks may be deleted while a time slice reads them.
         if store.jobs.fail(job_id, job_id, problem):

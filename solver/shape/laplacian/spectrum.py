@@ -105,6 +105,8 @@ class Spectrum:
         try:
             with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
                 spectrum = cls(arrays["eigenvalues"], arrays["eigenfunctions"], arrays["mass"])
+        except MemoryError:
+            raise
         except Exception as error:
             raise ValueError(f"not a stored spectrum: {error}") from error
         shape = (len(spectrum.mass), len(spectrum.eigenvalues))

@@ -5,12 +5,12 @@ import math
 import sys
 import zipfile
 from collections.abc import Sequence
-from typing import Any, BinaryIO, Final
+from typing import Any, BinaryIO, Final, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from solver.arrays import npz_bytes
+from solver.arrays import array_header, npz_bytes
 from solver.errors import TransferError
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import renamed
@@ -157,7 +157,7 @@ def _checked_count(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
     """
     with archive.open(entry) as member:
         try:
-            shape, kind = _header(member)
+            shape, kind = array_header(cast(BinaryIO, member))
         except (ValueError, TypeError, SyntaxError, RecursionError) as error:
             raise TransferError(f"the header of {entry.filename[:100]!r} is damaged") from error
     if kind.hasobject:
@@ -171,19 +171,6 @@ def _checked_count(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> int:
     if kind.kind == "S" and 4 * size > _MOST_BYTES:  # as text it has four bytes a character
         raise TransferError(f"the text of {entry.filename[:100]!r} is too long")
     return count
-
-
-def _header(member: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    stream: BinaryIO = member
-    version = np.lib.format.read_magic(stream)
-    read = {
-        (1, 0): np.lib.format.read_array_header_1_0,
-        (2, 0): np.lib.format.read_array_header_2_0,
-    }.get(version)
-    if read is None:
-        raise TransferError(f"arrays of version {version} are not read")
-    shape, _, kind = read(stream)
-    return shape, kind
 
 
 def _values(name: str, array: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -1,7 +1,6 @@
 """Problem documents of failed jobs."""
 
 import pytest
-from rq.timeouts import JobTimeoutException
 
 from broker.contracts import (
     AttributesValidationPayload,
@@ -14,7 +13,7 @@ from broker.contracts import (
     ValidationPayload,
 )
 from tests.worker.records import CREATED
-from worker.jobs.failures import problem_of
+from worker.jobs.failures import JobTimedOut, problem_of
 
 
 @pytest.mark.parametrize(
@@ -48,5 +47,5 @@ from worker.jobs.failures import problem_of
 )
 def test_advice_when_time_ran_out_fits_the_request(payload: Payload, advice: str) -> None:
     record = JobRecord(id="job", payload=payload, created=CREATED)
-    problem = problem_of(JobTimeoutException(), record)
+    problem = problem_of(JobTimedOut(), record)
     assert problem.detail.endswith(f"; {advice}.")

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from broker.contracts import (
@@ -16,12 +17,15 @@ from broker.contracts import (
     MatchParameters,
     MatchPayload,
     Payload,
+    PrototypeValidationPayload,
     RegistrationPayload,
     SpectrumKey,
+    prototype_id,
     shape_id,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
 from broker.store import Store
+from solver.arrays import npz_bytes
 from tests.worker.families import family
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
@@ -181,6 +185,50 @@ def test_a_job_beyond_the_time_limit_fails_alone(store: Store) -> None:
         payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=LONG)
         failed(ended(queue, queue.submit_with_spectra(payload).id), "timed-out")
         assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED
+
+
+def test_time_that_runs_out_while_a_file_is_read_is_no_damage(store: Store) -> None:
+    queue = JobQueue(store, QueueSettings(interactive_timeout=1))
+    archive = npz_bytes({str(number): np.zeros(1) for number in range(40_000)})
+    payload = PrototypeValidationPayload(prototype=prototype_id(archive), name="many arrays")
+    with worker(queue):
+        failed(ended(queue, queue.submit_validation(payload, archive)), "timed-out")
+
+
+@linux
+@pytest.mark.parametrize(
+    ("data", "read"),
+    [
+        ("npz_bytes({'about': large})", "solver.prototype.prototype_from_bytes"),
+        ("npz_bytes({'eigenvalues': large})", "solver.shape.laplacian.Spectrum.from_bytes"),
+        ("npy_bytes(large)", "solver.similarity.Signature.from_bytes"),
+    ],
+)
+def test_memory_that_runs_out_while_a_file_is_read_is_no_damage(data: str, read: str) -> None:
+    program = f"""
+import io
+import numpy as np
+import solver.prototype, solver.similarity, solver.shape.laplacian
+from broker.processes import limit_memory
+from solver.arrays import npz_bytes
+
+def npy_bytes(array):
+    stream = io.BytesIO()
+    np.save(stream, array)
+    return stream.getvalue()
+
+large = np.zeros(2**24)
+data = {data}
+limit_memory(100)
+try:
+    {read}(data)
+except MemoryError:
+    print("limited")
+"""
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert said.stdout.strip() == "limited", said.stderr
 
 
 def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSettings) -> None:
