@@ -1,4 +1,4 @@
-"""Cancellation of jobs that spectra were queued for."""
+"""Cancellation of jobs that spectra were queued for, and loss of the spectra's own jobs."""
 
 import pytest
 
@@ -11,6 +11,8 @@ from broker.contracts import (
     MatchPayload,
 )
 from broker.queue import JobQueue
+from broker.store import DEFAULT_KEYS
+from broker.upkeep import store_away
 from tests.broker.store.test_store import accepted, numbered
 
 SHAPES = tuple(f"{number:032x}" for number in range(3))
@@ -58,3 +60,17 @@ def test_spectra_that_are_being_computed_go_on(queue: JobQueue, maps: JobRecord)
     assert queue.store.jobs.is_held(running, "runner")
     assert [one.id for one in waiting_spectra(queue)] == [running]
     assert queue.store.jobs.state(maps.id) is JobState.CANCELLED
+
+
+@pytest.mark.parametrize("how", ["killed", "expired"])
+def test_a_spectrum_whose_job_is_gone_is_not_waited_for(
+    queue: JobQueue, maps: JobRecord, how: str
+) -> None:
+    gone = waiting_spectra(queue)[0].id
+    if how == "killed":
+        assert queue.store.jobs.lose(gone, 0, store_away()) is JobState.FAILED
+    else:
+        queue.store.client.delete(DEFAULT_KEYS.job(gone))
+    assert queue.spectra_ahead(maps) == len(waiting_spectra(queue)) == 2
+    queue.submit_with_spectra(MAPS)
+    assert queue.spectra_ahead(maps) == len(waiting_spectra(queue)) == 3
