@@ -92,7 +92,13 @@ class Quotas:
 
     def set(self, **limits: int) -> None:
         """Give the tenant limits of its own; those that are not given stay as they are."""
-        self.client.hset(Keys.QUOTAS, self.keys.tenant, json.dumps({**self.own(), **limits}))
+
+        def change(pipe: Pipeline) -> None:
+            own = json.dumps({**self.own(), **limits})
+            pipe.multi()
+            pipe.hset(Keys.QUOTAS, self.keys.tenant, own)
+
+        self.client.transaction(change, Keys.QUOTAS)
 
     def tenants(self) -> list[str]:
         """Names of all tenants that have limits of their own."""

@@ -79,6 +79,8 @@ def unset_quota(store: Store, options: Namespace) -> dict[str, Any]:
     """Return a tenant to the quota of the settings."""
     quotas = store.of(options.tenant).quotas
     quotas.unset()
+    # The hash of the quotas is gone with the last of them.
+    store.durability.wait(Keys.READY)
     log.info("quota unset", tenant=options.tenant)
     return {"tenant": options.tenant, **asdict(quotas.get())}
 

@@ -24,7 +24,7 @@ from redis.exceptions import ConnectionError as RedisConnectionError
 
 from broker.contracts import MatchParameters, MatchPayload
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import ApiKeys, Keys, NameTaken, NoSuchKey, Store
+from broker.store import ApiKeys, Keys, NameTaken, NoSuchKey, Store, connect
 from service import app
 from service.admin.__main__ import main
 from service.http import KeyRing
@@ -183,6 +183,20 @@ def test_quotas_are_set_and_unset(stores: dict[str, Any]) -> None:
     (tenant, _) = document(defaults | {"tenant_bytes": "9"}, "tenants")["tenants"]
     assert [tenant[what]["quota"] for what in ("shapes", "bytes", "jobs")] == [5, 9, None]
     assert document(defaults, "quota", "unset", "acme")["shapes"] == 7
+
+
+@pytest.mark.parametrize("words", [("set", "acme", "--jobs", "2"), ("unset", "acme")])
+def test_a_quota_is_changed_on_the_disk(tmp_path: Path, words: tuple[str, ...]) -> None:
+    own = EmbeddedServer(tmp_path)
+    own.start()
+    stores = {"redis_url": own.url, "blob_url": blob_url(tmp_path)}
+    try:
+        with connect(own.url, retry_seconds=1) as client:
+            # The file is flushed to the disk whenever the system likes.
+            client.config_set("appendfsync", "no")
+        assert "has not written its file" in admin(stores, "quota", *words, code=1).stderr
+    finally:
+        own.stop()
 
 
 @pytest.mark.parametrize(

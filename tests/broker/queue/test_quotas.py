@@ -1,5 +1,7 @@
 """The quotas of a tenant: what counts towards them, and until when."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import pytest
 
 from broker.contracts import JobState, MatchParameters, MatchPayload
@@ -44,3 +46,17 @@ def test_an_upload_does_not_count_once_its_validation_is_cancelled(
         Runner(queue, "runner").run(job)
     assert jobs.state(job) is JobState.CANCELLED
     assert (before, queue.store.client.zcard(held)) == (1, 0)
+
+
+def test_limits_that_are_set_at_the_same_time_are_all_kept(store: Store) -> None:
+    quotas = store.of("small").quotas
+
+    def kept(name: str) -> bool:
+        for limit in range(50):
+            quotas.set(**{name: limit})
+            if quotas.own()[name] != limit:
+                return False
+        return True
+
+    with ThreadPoolExecutor() as threads:
+        assert all(threads.map(kept, ("shapes", "bytes", "jobs")))
