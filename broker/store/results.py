@@ -10,6 +10,7 @@ from broker.contracts import JobState, MatchSummary, PicturePayload
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.quotas import Quotas
 from broker.store.replies import text
 
 
@@ -87,9 +88,16 @@ class Results:
         return self.blobs.open(self.keys.job_picture(payload.job, payload.variant))
 
     def set_picture(self, payload: PicturePayload, picture: bytes) -> None:
-        """Store a picture for as long as the result itself."""
+        """Store a picture for as long as the result itself.
+
+        Raises
+        ------
+        QuotaExceeded
+            The tenant has as many bytes as it may have.
+        """
         left = self.client.ttl(self.keys.job_result(payload.job))
         if left > 0:
+            Quotas(self.client, self.settings, self.keys).check(len(picture))
             self.blobs.save(self.keys.job_picture(payload.job, payload.variant), picture, left)
 
     def drawing_job(self, payload: PicturePayload) -> str | None:

@@ -38,6 +38,7 @@ from service.http import (
     JobWithoutResult,
     PictureNotReady,
     PrototypeDeleted,
+    QuotaUsedUp,
     Reported,
     ResultExpired,
     ShapeDeleted,
@@ -63,6 +64,7 @@ NEEDED: Final = responses(
     PrototypeDeleted,
     PictureNotReady,
     StorageFull,
+    QuotaUsedUp,
 )
 
 Alternative = Annotated[

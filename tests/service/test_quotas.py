@@ -135,7 +135,9 @@ def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> Non
     assert [one["error"]["type"] for one in matches if one["state"] == "failed"][-1:] == [
         "urn:isomatch:problem:quota-exceeded"
     ]
-    ann.get(done["links"]["picture"])
+    problem(ann.get(done["links"]["picture"]), 507, "quota-exceeded")
+    quotas(shared).set(bytes=0)
+    assert ann.get(done["links"]["picture"]).status_code == 200
     held = store.quotas.bytes()
     ann.delete(f"/v1/shapes/{first}")
     assert store.quotas.bytes() == held - size

@@ -43,6 +43,8 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
         The match has no such alternative.
     OptionError, TransferError
         The result cannot be written in this format.
+    QuotaExceeded
+        The tenant has as many bytes as it may have.
     """
     store = context.store
     packed, drawn = store.results.document(payload.job), store.jobs.get(payload.job)
