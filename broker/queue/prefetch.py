@@ -44,12 +44,12 @@ def wanted_spectra(payload: SpectralPayload, shapes: Shapes) -> list[SpectrumKey
 def needed_by_others(
     record: JobRecord, keys: Collection[SpectrumKey], store: Store
 ) -> set[SpectrumKey]:
-    """Return which of these spectra a live job other than `record` will use."""
-    shapes, needed = {key.shape for key in keys}, set[SpectrumKey]()
-    for other in store.jobs.active():
-        payload = other.payload
-        if other.id == record.id or not isinstance(payload, SpectralPayload):
-            continue
-        if not shapes.isdisjoint(subject_of(payload).shapes):
-            needed.update(wanted_spectra(payload, store.shapes))
+    """Return which of these spectra a live job other than `record` will use.
+
+    Those of a batch's matches are not prefetched.
+    """
+    needed = set[SpectrumKey]()
+    for other in store.jobs.active_of({key.shape for key in keys}):
+        if other.id != record.id and isinstance(other.payload, SpectralPayload):
+            needed.update(wanted_spectra(other.payload, store.shapes))
     return needed.intersection(keys)

@@ -13,7 +13,7 @@ late; its calls are refused, because it no longer holds the job.
 """
 
 import gzip
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Final, TypeAlias, cast
@@ -171,6 +171,15 @@ class Jobs:
                     self.client.zrem(self.keys.active_jobs, job_id)
                 elif record is not None:
                     yield record
+
+    def active_of(self, names: Iterable[str]) -> list[JobRecord]:
+        """Return the listed jobs of these shapes and prototypes that have not ended."""
+        with self.client.pipeline(transaction=False) as pipe:
+            for name in names:
+                pipe.zinter([self.keys.jobs_of(name), self.keys.active_jobs])
+            found = dict.fromkeys(text(member) for members in pipe.execute() for member in members)
+        records = self.records(list(found))
+        return [one for one in records if one is not None and not one.state.ended]
 
     def claim(self, job_id: str, runner: str) -> bool:
         """Start a queued job; False if it is not queued, or another runner was first."""

@@ -47,13 +47,24 @@ class Results:
         """Return the result of a job as arrays, npz, in a file."""
         return self.blobs.open(self.keys.job_arrays(job_id))
 
-    def delete(self, job_id: str) -> bool:
-        """Delete the result of a job, with its arrays and pictures; False if there was none."""
-        names = [self.keys.job_result(job_id), self.keys.job_arrays(job_id)]
-        drawn = self.client.zscan_iter(
-            self.keys.held, match=f"{self.keys.job_picture(job_id)}*", count=1000
-        )
-        names += [text(key) for key, _ in drawn]
+    def delete(self, *job_ids: str) -> bool:
+        """Delete the results of jobs, with arrays and pictures; False if there was none.
+
+        The keys of all that the tenant keeps are looked through, once for all of the jobs.
+        """
+        pictures: dict[str, list[str]] = {self.keys.job_picture(one): [] for one in job_ids}
+        shown = self.keys.job_picture(job_ids[0] if len(job_ids) == 1 else "*")
+        for key, _ in self.client.zscan_iter(self.keys.held, match=f"{shown}*", count=1000):
+            name = text(key)
+            end = name.index(":picture") + len(":picture")
+            if name[:end] in pictures:
+                pictures[name[:end]].append(name)
+        # Not `any` of a generator, which would end with the first result.
+        found = [self._delete(one, pictures[self.keys.job_picture(one)]) for one in job_ids]
+        return any(found)
+
+    def _delete(self, job_id: str, pictures: Sequence[str]) -> bool:
+        names = [self.keys.job_result(job_id), self.keys.job_arrays(job_id), *pictures]
         with self.client.pipeline() as pipe:
             for name in names:
                 self.blobs.look_up(name, pipe)

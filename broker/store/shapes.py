@@ -45,21 +45,26 @@ class Shapes:
 
     def get(self, shape_id: str) -> ShapeRecord | None:
         """Return the record of a shape, or None if it does not exist."""
-        data = self.client.get(self.keys.shape(shape_id))
-        return None if data is None else read_record(ShapeRecord, data)
+        return _record(self.client.get(self.keys.shape(shape_id)))
 
     def use(self, shape_id: str) -> ShapeRecord | None:
         """Return the record of a shape, and extend its life."""
+        (record,) = self.use_all([shape_id])
+        return record
+
+    def use_all(self, shape_ids: Sequence[str]) -> list[ShapeRecord | None]:
+        """Return the records of several shapes, one or more, and extend their lives."""
         with self.client.pipeline() as pipe:
-            pipe.get(self.keys.shape(shape_id))
-            self._extend(shape_id, pipe)
-            data = pipe.execute()[0]
-        return None if data is None else read_record(ShapeRecord, data)
+            pipe.mget([self.keys.shape(shape_id) for shape_id in shape_ids])
+            for shape_id in shape_ids:
+                self._extend(shape_id, pipe)
+            found = pipe.execute()[0]
+        return [_record(data) for data in found]
 
     def records(self, shape_ids: Sequence[str]) -> list[ShapeRecord | None]:
         """Return the records of several shapes, None for each that does not exist."""
         found = self.client.mget([self.keys.shape(shape_id) for shape_id in shape_ids])
-        return [None if data is None else read_record(ShapeRecord, data) for data in found]
+        return [_record(data) for data in found]
 
     def upload(self, shape_id: str) -> bytes | None:
         """Return the uploaded bytes of a shape, and extend its life."""
@@ -190,3 +195,7 @@ class Shapes:
             self.keys.shape_mesh(shape_id),
             self.keys.shape_geometry(shape_id),
         ]
+
+
+def _record(data: str | bytes | None) -> ShapeRecord | None:
+    return None if data is None else read_record(ShapeRecord, data)

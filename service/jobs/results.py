@@ -93,8 +93,7 @@ def delete_result(job_id: JobId, service: ServiceOf) -> None:
     names = [job_id]
     if isinstance(record.payload, BatchPayload):
         names += [one.job for one in service.queue.batches.matches(record) if one.job is not None]
-    deleted = [service.store.results.delete(name) for name in names]
-    if not any(deleted):
+    if not service.store.results.delete(*names):
         raise result_expired()
 
 

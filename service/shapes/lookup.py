@@ -42,7 +42,8 @@ def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRec
         A shape does not exist, or has expired.
     """
     shapes = service.store.shapes
-    found = {field: shapes.use(shape) for field, shape in named.items()}
+    used = shapes.use_all(list(named.values())) if named else []
+    found = dict(zip(named, used, strict=True))
     unknown = tuple(
         FieldProblem(
             field=field,
