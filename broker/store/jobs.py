@@ -33,6 +33,11 @@ from broker.store.scripts import LuaScript
 
 _Fields: TypeAlias = dict[bytes | str, bytes | str]
 
+_SERVING_SECONDS: Final = 4 * 3600
+"""Seconds for which the record of a job without a result is kept: an upload's validation, a picture
+or another job that serves a request or a job. There may be many for each of those that are listed.
+"""
+
 _AT_A_TIME: Final = 500
 """Records that are read at a time."""
 
@@ -67,15 +72,18 @@ class Jobs:
             "state": JobState.QUEUED.value,
             "stage": record.progress.stage,
             "fraction": str(record.progress.fraction),
-            "trace": str(self.settings.trace_ttl),
         }
+        ttl = self.settings.job_ttl + self.settings.trace_ttl
+        if record.kind.has_result:
+            fields["trace"] = str(self.settings.trace_ttl)
+            pipe.set(self.keys.job_tombstone(record.id), b"", ex=ttl)
+        else:
+            fields["kept"] = str(min(self.settings.job_ttl, _SERVING_SECONDS))
         if record.webhook is not None:
             fields["webhook"] = record.webhook.url
         if record.is_listed:
             fields["quota"] = self.keys.queued_by(record.caller)
         pipe.hset(self.keys.job(record.id), mapping=fields)
-        ttl = self.settings.job_ttl + self.settings.trace_ttl
-        pipe.set(self.keys.job_tombstone(record.id), b"", ex=ttl)
         pipe.hincrby(Keys.COUNTERS, f"submitted|{record.kind.value}", 1)
         pipe.zadd(self.keys.active_jobs, {record.id: created})
         if self.keys != DEFAULT_KEYS:

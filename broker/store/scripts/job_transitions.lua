@@ -48,7 +48,8 @@ local function finish(from, to, now, ttl)
     redis.call('ZREM', KEYS[12], ARGV[1])
     redis.call('ZREM', KEYS[2], ARGV[1])
     redis.call('HSET', KEYS[1], 'ended', now)
-    redis.call('EXPIRE', KEYS[1], ttl)
+    -- The field 'kept' holds the ttl of a job that serves another.
+    redis.call('EXPIRE', KEYS[1], redis.call('HGET', KEYS[1], 'kept') or ttl)
     -- The field 'trace' holds the further seconds for which the tombstone outlives the record.
     local tombstone_ttl = redis.call('HGET', KEYS[1], 'trace')
     if tombstone_ttl then

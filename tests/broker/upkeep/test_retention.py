@@ -31,6 +31,9 @@ PARTS = tuple(
 )
 
 
+MATCH = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
+
+
 @pytest.fixture
 def kept(store: Store, settings: WorkerSettings) -> Store:
     """A store with a shape and short times to live."""
@@ -78,7 +81,7 @@ def test_expired_records_have_a_tombstone_and_deleted_ones_none(kept: Store) -> 
 
 def test_expired_jobs_have_a_tombstone(kept: Store) -> None:
     queue = JobQueue(kept, QueueSettings())
-    job = queue.submit(new_job(PicturePayload(job="x"))).id
+    job = queue.submit(new_job(MATCH)).id
     kept.jobs.claim(job, "me")
     kept.jobs.succeed(job, "me")
     assert TTL - 100 <= kept.client.ttl(DEFAULT_KEYS.job(job)) <= TTL
@@ -90,9 +93,28 @@ def test_expired_jobs_have_a_tombstone(kept: Store) -> None:
 
 
 @pytest.mark.parametrize("way", ["done", "cancelled", "lost"])
+def test_jobs_that_serve_others_are_forgotten_soon(store: Store, way: str) -> None:
+    queue = JobQueue(store, QueueSettings())
+    job = queue.submit(new_job(PicturePayload(job="x"))).id
+    store.jobs.claim(job, "me")
+    match way:
+        case "done":
+            assert store.jobs.succeed(job, "me")
+        case "cancelled":
+            store.jobs.cancel(job)
+            assert store.jobs.finish_cancelled(job, "me")
+        case "lost":
+            assert store.jobs.lose(job, 0, newer_version()) is JobState.FAILED
+    assert 3600 <= store.client.ttl(DEFAULT_KEYS.job(job)) <= 4 * 3600
+    assert list(store.client.scan_iter(f"{DEFAULT_KEYS.job(job)}*")) == [
+        DEFAULT_KEYS.job(job).encode()
+    ]
+
+
+@pytest.mark.parametrize("way", ["done", "cancelled", "lost"])
 def test_the_tombstone_of_a_job_outlives_it_however_long_it_took(kept: Store, way: str) -> None:
     queue = JobQueue(kept, QueueSettings())
-    job = queue.submit(new_job(PicturePayload(job="x"))).id
+    job = queue.submit(new_job(MATCH)).id
     kept.jobs.claim(job, "me")
     kept.client.delete(DEFAULT_KEYS.job_tombstone(job))
     match way:
