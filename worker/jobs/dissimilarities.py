@@ -45,6 +45,7 @@ def result_of(
         labels=payload.labels,
         parameters=payload.parameters,
         matrix=tuple(map(tuple, _square(rounded, count).tolist())),
+        # Parts of the contract: every search is exhaustive, so that each optimum is proven.
         lower_bounds=tuple(rounded.tolist()),
         certified=True,
         uncertified=(),

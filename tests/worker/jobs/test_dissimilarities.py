@@ -4,6 +4,7 @@ import gzip
 import io
 import time
 from collections.abc import Callable
+from itertools import combinations, permutations
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS
+from solver.arrays import FloatArray
 from solver.mesh import read_mesh
 from solver.shape import Shape
 from solver.similarity import SimilarityOptions, dissimilarity_matrix, signature
@@ -84,20 +86,49 @@ def test_a_matrix_equals_the_solvers(
     with np.load(io.BytesIO(stored), allow_pickle=False) as arrays:
         assert arrays["matrix"] == pytest.approx(expected, rel=1e-6, abs=1e-9)
         assert arrays["labels"].tolist() == labels
-        assert arrays["certified"].all()
         assert (arrays["lower_bounds"] <= arrays["matrix"][np.triu_indices(6, 1)]).all()
     matrix = np.array(found.matrix)
     assert matrix == pytest.approx(expected, rel=1e-6, abs=1e-9)
     assert (matrix == matrix.T).all()
     assert np.array(found.lower_bounds) == pytest.approx(matrix[np.triu_indices(6, 1)])
-    assert found.certified
-    assert found.uncertified == ()
     assert (found.mean_average_precision, found.precision_at_1) == (1.0, 1.0)
     assert found.average_precisions == (1.0,) * 6
     # Two of each class, side by side.
     assert [row[0] for row in found.nearest] == [1, 0, 3, 2, 5, 4]
     assert set(found.timings) == {"structures", "pairs", "total"}
     assert forgotten(served, job)
+
+
+@pytest.mark.parametrize("objective", ["l2", "linf"])
+def test_a_certified_dissimilarity_is_the_least_of_all_bijections(
+    served: JobQueue, run: Run, upload: Upload, objective: str
+) -> None:
+    parameters = QUICK.model_copy(
+        update={"objective": objective, "points": 5, "first_order_weight": 0.0}
+    )
+    files = [data for _, data in class_files(1)]
+    found = result_of(served, run(asked([upload(data) for data in files], parameters)))
+    options = options_of(SimilarityOptions, parameters)
+    metrics = [
+        signature(Shape(read_mesh(data, "off"), eigenpairs=40), options).first(5).distances
+        for data in files
+    ]
+
+    def distortion(a: FloatArray, b: FloatArray) -> float:
+        if objective == "linf":
+            return float(np.abs(a - b).max())
+        return float(((a - b) ** 2).sum() / (0.5 * ((a**2).sum() + (b**2).sum())))
+
+    least = [
+        min(
+            distortion(a, b[np.ix_(order, order)])
+            for a, b in zip(metrics[i], metrics[j], strict=True)
+            for order in permutations(range(5))
+        )
+        for i, j in combinations(range(len(files)), 2)
+    ]
+    assert found.certified
+    assert np.array(found.matrix)[np.triu_indices(len(files), 1)] == pytest.approx(least, rel=1e-6)
 
 
 def test_cached_signatures_are_not_computed_again(
@@ -163,7 +194,7 @@ def test_the_work_is_shared(served: JobQueue) -> None:
     time_slices: set[str] = set()
     while not (record := served.store.jobs.get(job.id)) or not record.state.ended:
         time_slices |= set(served.store.chunks.time_slices(job.id))
-    assert result_of(served, ended(served, job.id)).certified
+    assert len(result_of(served, ended(served, job.id)).matrix) == 40
     assert len(time_slices) >= 2
 
 
