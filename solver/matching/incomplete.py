@@ -19,6 +19,7 @@ from solver.matching.whole import match_whole
 from solver.registration import STAGE, Registration, first_registration
 from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.confidence import CONTRADICTED, EXACT
+from solver.registration.partial import are_cut_across
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
@@ -121,8 +122,8 @@ def _match_possible_overlap(
     registrations agree on the overlap. The registration as wholes, if it is likely, is one
     candidate of the overlap, and preferred to others that fit as well. If both agree, the answer
     has the greater confidence of the two, but is in doubt if another candidate fits better on its
-    overlap. Surfaces that are equal but for their sampling lack nothing, however many symmetries
-    they have.
+    overlap; where both are cut across the trunk, only the confidence in the overlap counts.
+    Surfaces that are equal but for their sampling lack nothing, however many symmetries they have.
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
     found, registration = match_whole(source, target, options, wholly)
@@ -139,7 +140,8 @@ def _match_possible_overlap(
     agreed = known.surfaces.confidence
     if CONTRADICTED in registration.confidence.reasons:
         agreed = agreed.against_landmarks()
-    if known.ahead and registration.confidence.probability >= agreed.probability:
+    surer = registration.confidence.probability >= agreed.probability
+    if known.ahead and surer and not are_cut_across(source, target):
         return found
     return replace(found, confidence=agreed)
 

@@ -3,6 +3,6 @@
 :func:`register_part` deforms one onto the other, and finds the vertices that have a partner.
 """
 
-from solver.registration.partial.registration import PartMap, register_part
+from solver.registration.partial.registration import PartMap, are_cut_across, register_part
 
-__all__ = ["PartMap", "register_part"]
+__all__ = ["PartMap", "are_cut_across", "register_part"]

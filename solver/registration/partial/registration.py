@@ -22,9 +22,8 @@ _VERTICES = 2_500
 """Vertices that a part and a whole are simplified to while candidates are compared. With 1,500,
 more answers are wrong, and with 10,000 none fewer, in half as much time again."""
 
-_ACROSS = 1.0
-"""Length over √area of a cut across the trunk: more than the girth of a limb. Of bodies that lack
-opposite sides, the mirror image covers more than the truth."""
+_ACROSS = 0.6
+"""Length over √area of a cut across the trunk: more than the girth of a thigh."""
 
 _AGREE = 0.1
 """Mean distance in space over √area within which two registrations are the same candidate."""
@@ -130,7 +129,7 @@ def register_part(
         return None
     control.report(STAGE, 0.6)
     refined = refine_candidates(*fewer, candidates, control, entire=entire, rescaled=scale is None)
-    if min(whole.mesh.longest_cut, part.mesh.longest_cut) < _ACROSS:
+    if not are_cut_across(whole, part):
         refined = _as_wholes(refined, begun)
     chosen = refined[0].part
     control.report(STAGE, 0.8)
@@ -158,6 +157,15 @@ def register_part(
             complete=not control.expired,
         ),
     )
+
+
+def are_cut_across(source: Shape, target: Shape) -> bool:
+    """Return whether both shapes are cut across the trunk, so that each may lack much.
+
+    If bodies lack opposite sides, the mirror image covers more than the truth does, and fits as
+    wholes.
+    """
+    return min(one.mesh.longest_cut for one in (source, target)) >= _ACROSS
 
 
 def _as_wholes(refined: list[MeasuredPart], wholly: Points) -> list[MeasuredPart]:
