@@ -24,7 +24,7 @@ from solver.matching.sampling import too_few
 from solver.matching.structures import build_level
 from solver.registration import STAGE
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.partial import PartMap, register_part
+from solver.registration.partial import PartMap, are_cut_across, register_part
 from solver.shape import Shape
 from solver.shape.choices import Geodesic
 
@@ -137,16 +137,24 @@ def find_part(
     if options.refine == GMDS:
         raise OptionError("refine", "a part is not refined; take `dense`, whose images lie between")
     is_source = partial == SOURCE or (partial == BOTH and _is_bent_onto(source, target))
-    whole, part = (target, source) if is_source else (source, target)
     pairs = landmark_vertices(options.landmarks, source.mesh, target.mesh)
     ours, theirs = pairs.T
-    landmarks = (theirs, ours) if is_source else (ours, theirs)
-    begun = wholly[::-1] if is_source else wholly
-    with control.stage(STAGE, 0.3):
+
+    def registered(is_source: bool, control: Control) -> PartMap | None:
+        whole, part = (target, source) if is_source else (source, target)
         given = None if whole.normalise else whole.size / part.size
-        found = register_part(
-            whole, part, control.between(0.3, 0.6), given, partial != BOTH, landmarks, begun
-        )
+        landmarks = (theirs, ours) if is_source else (ours, theirs)
+        begun = wholly[::-1] if is_source else wholly
+        return register_part(whole, part, control, given, partial != BOTH, landmarks, begun)
+
+    with control.stage(STAGE, 0.3):
+        found = registered(is_source, control.between(0.3, 0.45))
+        if found is not None and _may_bend_either(found, partial) and not control.expired:
+            other = registered(not is_source, control.between(0.45, 0.6))
+            if other is not None and other.score < found.score:
+                found, is_source = other.among(found, control), not is_source
+            elif other is not None:
+                found = found.among(other, control)
     if found is None or not (found.covered.any() and found.part_covered.any()):
         return None
     return KnownPart(found, partial, is_source, pairs)
@@ -160,6 +168,12 @@ def _is_bent_onto(source: Shape, target: Shape) -> bool:
     """
     ours, theirs = ((one.mesh.relative_boundary, -one.mesh.area) for one in (source, target))
     return ours > theirs
+
+
+def _may_bend_either(found: PartMap, partial: str) -> bool:
+    """Return whether the other of two parts is bent as well: in doubt, where both may lack much."""
+    doubtful = not found.confidence.is_likely
+    return partial == BOTH and doubtful and are_cut_across(found.whole, found.part)
 
 
 def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Match:

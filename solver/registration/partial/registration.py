@@ -11,6 +11,7 @@ from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.partial.comparison import MeasuredPart, refine_candidates
 from solver.registration.partial.confidence import part_confidence
+from solver.registration.partial.fit import RefinedPartFit
 from solver.registration.partial.search import search_part
 from solver.registration.reduction import MANY_VERTICES, reduced_landmarks, reduction
 from solver.registration.search import STAGE
@@ -50,6 +51,8 @@ class PartMap:
     part_covered, part_share
         (W,) vertices of the part that have a partner, and their share of the part's area: all of
         it, unless the surfaces overlap.
+    fits
+        Of this registration, and of others in the same roles that differ.
     confidence
         That the registration is right.
     """
@@ -63,7 +66,35 @@ class PartMap:
     to_whole: Images
     part_covered: BoolArray
     part_share: float
+    fits: tuple[RefinedPartFit, ...]
     confidence: Confidence
+
+    @property
+    def score(self) -> float:
+        """Score of the fit; the less, the better."""
+        return self.fits[0].score
+
+    def among(self, other: "PartMap", control: Control) -> "PartMap":
+        """Return the registration as one of two: the confidence is less if they differ.
+
+        Parameters
+        ----------
+        other
+            Of the same surfaces in exchanged roles; its score is not less.
+        control
+            Tells whether all candidates were tried.
+        """
+        there = self.part.mesh.vertices
+        met = self.covered & other.part_covered
+        away = np.linalg.norm(there[self.to_part[0][met]] - there[other.to_whole[0][met]], axis=1)
+        if met.any() and away.mean() < _AGREE * self.part.size:
+            return self
+        fits = self.fits[0], other.fits[0], *self.fits[1:]
+        covered = min(self.share, self.part_share)
+        complete = not control.expired
+        return replace(
+            self, fits=fits, confidence=part_confidence(fits, covered, False, complete=complete)
+        )
 
     def dense(self, part_is_source: bool) -> DenseCorrespondence:
         """Return the maps in the user's numbers, of the vertices that have a partner."""
@@ -140,6 +171,7 @@ def register_part(
         chosen = chosen.mended(control)
     if entire:
         chosen = chosen.or_in_space(control)
+    fits = tuple(one.fit for one in refined)
     return PartMap(
         whole,
         part,
@@ -150,11 +182,9 @@ def register_part(
         chosen.back,
         chosen.part_covered,
         chosen.part_share,
+        fits,
         part_confidence(
-            [one.fit for one in refined],
-            min(chosen.share, chosen.part_share),
-            entire,
-            complete=not control.expired,
+            fits, min(chosen.share, chosen.part_share), entire, complete=not control.expired
         ),
     )
 

@@ -1,5 +1,7 @@
 """Parts cut out of known surfaces, moved and scaled."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -67,6 +69,25 @@ def test_the_scale_of_a_part_is_found(
     part, _ = without_a_leg
     expected = SCALE * np.sqrt(whole.mesh.area / part.mesh.area)
     assert found.scale == pytest.approx(expected, rel=0.02)
+
+
+def test_the_answer_in_exchanged_roles_is_a_rival_if_it_differs(found: PartMap) -> None:
+    turned = replace(
+        found,
+        whole=found.part,
+        part=found.whole,
+        to_part=found.to_whole,
+        covered=found.part_covered,
+        to_whole=found.to_part,
+        part_covered=found.covered,
+    )
+    assert found.among(turned, Control()) is found
+    vertices, faces, barycentric = found.to_part
+    other = replace(turned, to_whole=(vertices[::-1], faces, barycentric))
+    doubted = found.among(other, Control())
+    assert doubted.to_part is found.to_part
+    assert doubted.confidence.probability < 0.5
+    assert RIVAL in doubted.confidence.reasons
 
 
 def test_every_vertex_of_a_part_goes_back_where_it_was(
