@@ -52,10 +52,10 @@ def create_transfer(
 ) -> Job:
     """Carry attributes of the vertices or faces of one shape of a match to the other, or landmarks.
 
-    The match is one with `dense`. Every vertex takes the value at the point of the other shape that
-    it corresponds to, so none is left without; faces take what most of their area corresponds to,
-    or its mean. The values are `result.npz` of the job, and
-    `result.csv`, `.ply`, `.obj` and `.glb`.
+    The match is one with `dense`. A vertex takes the value at the point of the other shape that it
+    corresponds to, and a face what most of its area corresponds to, or the mean; those without a
+    partner have none. The values are `result.npz` of the job, and `result.csv`, `.ply`, `.obj` and
+    `.glb`.
     """
 
     def submit(order: RequestOrigin) -> JobRecord:
