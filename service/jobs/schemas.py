@@ -140,7 +140,7 @@ class Job(BaseModel):
         f" source first; the first {MOST_NAMED}, and none for kinds that take no names. Null for"
         " the name that a shape is stored under."
     )
-    parameters: dict[str, str | float | bool | None] = Field(
+    parameters: dict[str, str | int | float | bool | None] = Field(
         description="Its parameters that differ from their defaults, but those that are lists or"
         " have parameters of their own, which the result has."
     )
@@ -252,7 +252,7 @@ def _waiting_for(
     return "turn" if position is not None or record.batch is not None else None
 
 
-def _parameters(record: JobRecord) -> dict[str, str | float | bool | None]:
+def _parameters(record: JobRecord) -> dict[str, str | int | float | bool | None]:
     parameters = getattr(record.payload, "parameters", None)
     if parameters is None:
         return {}

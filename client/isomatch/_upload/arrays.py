@@ -24,6 +24,8 @@ def checked_arrays(
     if not np.can_cast(given.dtype, np.float64, "same_kind"):
         raise ValueError(f"vertices must be real numbers, not {given.dtype}")
     points = given.astype(np.float64)
+    if faces is None:
+        raise ValueError("faces are missing; for a point cloud, give the points alone")
     triangles = _table("faces", faces)
     if not triangles.size:
         raise ValueError("faces must have at least one triangle")

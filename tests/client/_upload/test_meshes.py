@@ -88,6 +88,7 @@ NAN_Y = np.array([0.0, np.nan, 0.0])
             r"faces must be integers, not float64; use faces.astype\(int\)",
         ),
         ((POINTS, np.zeros((0, 3), dtype=int)), "one triangle"),
+        ((POINTS, None), "for a point cloud, give the points alone"),
         ((POINTS, CORNERS + 2), r"faces\[0, 2\] is 4, but vertices count from 0 to 3"),
         ((POINTS, CORNERS - 1), r"faces\[0, 0\] is -1"),
         ((POINTS, np.full((1, 3), 2**40)), "faces"),

@@ -72,6 +72,8 @@ def test_jobs_say_the_names_and_parameters_of_the_request(http: httpx2.Client) -
     # Neither what is the default, nor lists.
     assert job["parameters"] == {"metric": "geodesic", "dense": True}
     assert job["links"]["match"] is None
+    counted = ask(http, "matches", source=A, target=B, points=40)["parameters"]["points"]
+    assert (counted, type(counted)) == (40, int)
 
 
 def test_jobs_name_what_they_are_of(http: httpx2.Client) -> None:

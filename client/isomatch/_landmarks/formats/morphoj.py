@@ -3,6 +3,8 @@
 Entries are delimited by commas, semicolons or tab stops. The first line may name the columns.
 """
 
+import csv
+import io
 from collections.abc import Iterable
 
 from isomatch._landmarks.formats.reading import (
@@ -58,9 +60,11 @@ def write(specimens: Iterable[LandmarkSet]) -> str:
 
 
 def row_of(specimen: LandmarkSet) -> str:
-    """Return the line of a specimen."""
+    """Return the line of a specimen; a name with quotation marks is quoted, as it is read."""
+    out = io.StringIO()
     texts = (text for row in rows_of(specimen) for text in row)
-    return "\t".join([one_line(specimen.name), *texts]) + "\n"
+    csv.writer(out, delimiter="\t", lineterminator="\n").writerow([one_line(specimen.name), *texts])
+    return out.getvalue()
 
 
 def _specimen(line: int, entries: list[str]) -> LandmarkSet:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from isomatch import LandmarkSet, read_landmarks, write_landmarks
 
@@ -50,6 +50,7 @@ def test_labels_and_places_are_read_as_written(
 @pytest.mark.parametrize("ending", NUMBERED)
 @settings(max_examples=30)
 @given(specimens=st.integers(1, 4).flatmap(lambda n: st.lists(landmark_sets(n), min_size=1)))
+@example([LandmarkSet.of([("1", (1.0, 2.0, 3.0))], name) for name in ('"', '"a" b', "a, b;c")])
 def test_specimens_are_read_as_written(ending: str, specimens: list[LandmarkSet]) -> None:
     found = returned(f"a.{ending}", *specimens)
     assert [one.name for one in found] == [one.name for one in specimens]
