@@ -95,8 +95,8 @@ class Batches:
 
     def queue_waiting(self, match: str) -> None:
         """Queue a match of an active batch before its turn, unless it is or was queued."""
-        found = self._waiting(match)
-        if found is not None:
+        # Any change of the batch meanwhile prevents it, a report of progress, too.
+        while (found := self._waiting(match)) is not None:
             self._queue(*found)
 
     def cancel(self, record: JobRecord) -> None:

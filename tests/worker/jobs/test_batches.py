@@ -3,6 +3,7 @@
 import gzip
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable
 from datetime import timedelta
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from broker.contracts import BatchPayload, BatchResult, JobState, MatchParameters, Problem
+from broker.contracts import BatchPayload, BatchResult, JobState, MatchParameters, Problem, Progress
 from broker.queue import JobQueue, new_job
 from broker.queue.new_jobs import new_batch_match
 from broker.store import text
@@ -121,6 +122,31 @@ def test_a_match_of_a_cancelled_batch_does_not_begin(served: JobQueue) -> None:
     served.rq.enqueue(first)
     assert ended(served, first.id).state is JobState.CANCELLED
     assert ended(served, batch.id).state is JobState.CANCELLED
+
+
+def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) -> None:
+    batch = queue.submit_batch(of("a", ["b"] * 40, MatchParameters()))
+    over = threading.Event()
+
+    def progress() -> None:
+        # The fields of the job that a worker's report, or the end of another match, changes.
+        while not over.is_set():
+            queue.store.jobs.report(batch.id, batch.id, Progress(stage="matches", fraction=0.5))
+
+    assert queue.batches.begin(batch.id)
+    reports = threading.Thread(target=progress)
+    reports.start()
+    try:
+        names = [f"{batch.id}-{place}" for place in range(2, 41)]
+        for name in names:
+            queue.cancel(name)
+        records = queue.store.jobs.records(names)
+    finally:
+        over.set()
+        reports.join()
+    states = {record.state for record in records if record is not None}
+    assert (len(records), states) == (39, {JobState.CANCELLED})
+    assert None not in records
 
 
 def test_the_batch_counts_once_towards_the_quota(queue: JobQueue) -> None:
