@@ -17,6 +17,7 @@ from broker.contracts import (
 from solver.arrays import IntArray, npz_bytes
 from solver.consistency import DOUBTFUL, Consistency, ImprovedMap, images_of, improve
 from solver.control import Control
+from solver.mesh import TriangleMesh
 from solver.registration import Confidence, DenseCorrespondence
 from solver.shape import Shape
 from worker.jobs.match_results import confidence_of
@@ -258,13 +259,14 @@ def _arrays(
         replaced = improved.replaced((i, j))
         dense = one.dense if replaced is None else replaced.dense
         assert dense.inverse is not None
-        arrays[f"map_{i}_{j}"] = _rows_of_file(dense)
-        arrays[f"map_{j}_{i}"] = _rows_of_file(dense.inverse)
+        for here, there, directed in ((i, j, dense), (j, i, dense.inverse)):
+            shape = collection.shapes[here]
+            assert isinstance(shape, Shape)
+            arrays[f"map_{here}_{there}"] = _rows_of_file(shape.mesh, directed)
     return npz_bytes(arrays)
 
 
-def _rows_of_file(dense: DenseCorrespondence) -> IntArray:
-    # The source's numbers are ascending, so that the last one is the greatest.
-    rows = np.full(int(dense.source[-1]) + 1, -1, dtype=np.int64)
+def _rows_of_file(mesh: TriangleMesh, dense: DenseCorrespondence) -> IntArray:
+    rows = np.full(mesh.vertex_rows, -1, dtype=np.int64)
     rows[dense.source] = dense.target
     return rows

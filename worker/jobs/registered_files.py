@@ -106,7 +106,7 @@ def rows_of_file(mesh: TriangleMesh, positions: FloatArray) -> FloatArray:
     have no positions that are missing.
     """
     ids, own = mesh.numbering
-    rows = np.repeat(positions[..., :1, :], int(ids[-1]) + 1, axis=-2)
+    rows = np.repeat(positions[..., :1, :], mesh.vertex_rows, axis=-2)
     rows[..., ids, :] = positions[..., own, :]
     return rows
 

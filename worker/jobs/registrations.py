@@ -133,7 +133,7 @@ def _result(
     return RegistrationResult(
         template=payload.template,
         template_name=None,
-        vertices=int(mesh.numbering[0][-1]) + 1,
+        vertices=mesh.vertex_rows,
         faces=mesh.n_faces,
         scale=payload.scale,
         specimens=_reports(payload, names, found, statistics),

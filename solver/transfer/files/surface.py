@@ -51,8 +51,7 @@ class WrittenSurface:
             Its name.
         """
         ids, own = mesh.numbering
-        of_vertices = [len(one.values) for one in attributes if one.on != FACES]
-        count = max([int(ids[-1]) + 1, *of_vertices])
+        count = mesh.vertex_rows
         vertices = np.repeat(mesh.vertices[:1], count, axis=0)
         vertices[ids] = mesh.vertices[own]
         filled = tuple(

@@ -12,7 +12,6 @@ from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
 from tests.service.batches.test_batches import SLOW, awaited, batch
 from tests.service.conftest import Json, problem
-from tests.service.matches.test_refinement import file_of
 from tests.service.registrations.test_registrations import (
     PLACES,
     TEMPLATE,
@@ -20,21 +19,28 @@ from tests.service.registrations.test_registrations import (
     too_coarse,
 )
 from tests.solver import shapes
+from tests.solver.mesh import mesh_files
 from tests.worker.figures import blob_file
 
 Upload = Callable[..., Json]
 
 PATH = "/v1/consistent-maps"
 
+UNUSED = (50.0, 50.0, 50.0)
+
 
 @pytest.fixture(scope="module")
 def given(upload: Upload) -> tuple[list[str], list[FloatArray]]:
-    """Ids and vertices of a shape of too few vertices, and of moved copies of one shape."""
+    """Ids and vertices of a shape of too few vertices, and of moved copies of one shape.
+
+    The file of each copy ends with a vertex that no face uses.
+    """
     ids = [upload(too_coarse(), "coarse.ply")["id"]]
     vertices = [np.empty((0, 3))]
     for seed, places in enumerate(PLACES):
         other, _ = shapes.permuted(triangle_mesh(places, TEMPLATE.faces), seed=seed + 60)
-        ids.append(upload(file_of(other), f"copy{seed}.ply")["id"])
+        data = mesh_files.ply(np.vstack([other.vertices, UNUSED]), other.faces.tolist(), "ascii")
+        ids.append(upload(data, f"copy{seed}.ply")["id"])
         vertices.append(other.vertices)
     return ids, vertices
 
@@ -96,8 +102,9 @@ def test_arrays_are_the_true_maps_of_the_pairs(
             / np.sqrt(np.mean((one - one.mean(axis=0)) ** 2))
             for one in (vertices[i], vertices[j])
         )
-        np.testing.assert_allclose(here, there[found[f"map_{i}_{j}"]], atol=0.15)
-        np.testing.assert_allclose(there, here[found[f"map_{j}_{i}"]], atol=0.15)
+        assert (found[f"map_{i}_{j}"][-1], found[f"map_{j}_{i}"][-1]) == (-1, -1)
+        np.testing.assert_allclose(here, there[found[f"map_{i}_{j}"][:-1]], atol=0.15)
+        np.testing.assert_allclose(there, here[found[f"map_{j}_{i}"][:-1]], atol=0.15)
 
 
 def test_there_are_no_pictures_or_other_files(http: httpx2.Client, job: Json) -> None:

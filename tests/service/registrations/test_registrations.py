@@ -205,7 +205,7 @@ def test_arrays_are_the_statistics_of_the_positions(
 def test_rows_of_vertices_that_no_face_uses(
     http: httpx2.Client, given: tuple[str, list[str]], upload: Upload
 ) -> None:
-    """They are those of the first used vertex, and rows end with the last used one."""
+    """They are those of the first used vertex."""
     vertices = np.concatenate([np.full((2, 3), 50.0), TEMPLATE.vertices, np.full((1, 3), 60.0)])
     data = mesh_files.ply(vertices, (TEMPLATE.faces + 2).tolist(), "ascii")
     body = {"template": upload(data, "unused.ply")["id"], "shapes": given[1][:1]}
@@ -213,10 +213,10 @@ def test_rows_of_vertices_that_no_face_uses(
     with np.load(io.BytesIO(http.get(found["links"]["arrays"]).content)) as arrays:
         positions, mean, faces = arrays["positions"], arrays["mean"], arrays["faces"]
     np.testing.assert_array_equal(faces, TEMPLATE.faces + 2)
-    assert positions.shape == (1, TEMPLATE.n_vertices + 2, 3)
+    assert positions.shape == (1, TEMPLATE.n_vertices + 3, 3)
     for rows in (positions[0], mean):
-        np.testing.assert_array_equal(rows[:2], rows[[2, 2]])
-    np.testing.assert_allclose(positions[0, 2:], PLACES[0], atol=0.01)
+        np.testing.assert_array_equal(rows[[0, 1, -1]], rows[[2, 2, 2]])
+    np.testing.assert_allclose(positions[0, 2:-1], PLACES[0], atol=0.01)
 
 
 def test_without_size_nothing_varies(http: httpx2.Client, given: tuple[str, list[str]]) -> None:
