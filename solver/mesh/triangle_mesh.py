@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.links import component_links
-from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of
+from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of, fans_of
 
 _HOLE_LENGTH, _HOLE_EDGES = 0.1, 3
 """Length over √area, or number of edges, of the boundary of a small hole: less than the girth of a
@@ -163,13 +163,17 @@ class TriangleMesh:
     def genus(self) -> float:
         """Number of handles, once every boundary is filled by a disc.
 
-        That of the Euler characteristic V − E + F = 2 (C − g) of C components. Where the surface is
-        no manifold it may be half a number, or negative.
+        That of the Euler characteristic V − E + F = 2 (C − g) of C components. A vertex counts once
+        for each of its fans, as if they did not touch. Where three faces share an edge it may be
+        half a number, or negative.
         """
-        rims = self.face_edges.boundary
-        label = components_of(rims, self.n_vertices)
-        discs = len(np.unique(label[rims]))
-        return self.components - 0.5 * (self.n_vertices - len(self.edges) + self.n_faces + discs)
+        fans = fans_of(self.faces, self.face_edges)
+        count = int(fans.max()) + 1
+        face, side = self.face_edges.boundary_sides
+        rims = np.stack([fans[face, side], fans[face, (side + 1) % 3]], axis=1)
+        discs = len(np.unique(components_of(rims, count)[rims]))
+        parts = int(components_of(np.concatenate([fans[:, :2], fans[:, 1:]]), count).max()) + 1
+        return parts - 0.5 * (count - len(self.edges) + self.n_faces + discs)
 
     @cached_property
     def components(self) -> int:

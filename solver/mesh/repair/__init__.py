@@ -13,7 +13,7 @@ from solver.mesh.repair.degenerate import (
     without_repeated_faces,
     without_zero_area_faces,
 )
-from solver.mesh.repair.edges import Edges, components_of, edges_of, same_direction
+from solver.mesh.repair.edges import Edges, components_of, edges_of, fans_of, same_direction
 from solver.mesh.repair.hopeless import checked_components, checked_surface
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
@@ -47,6 +47,7 @@ __all__ = [
     "counted",
     "denser_than",
     "edges_of",
+    "fans_of",
     "groups_of_equal_rows",
     "non_manifold_vertices",
     "repaired",

@@ -1,12 +1,10 @@
 """Defects that are noted and not repaired: non-manifold edges and vertices, possible cracks."""
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from solver.arrays import IntArray
-from solver.mesh.repair.edges import Edges
+from solver.mesh.repair.edges import Edges, fans_of
 from solver.mesh.repair.soup import TriangleSoup, counted
 
 _CRACK_WIDTH = 0.1
@@ -46,10 +44,7 @@ def with_defects_noted(soup: TriangleSoup) -> TriangleSoup:
 
 
 def non_manifold_vertices(faces: IntArray, edges: Edges) -> IntArray:
-    """Vertices whose faces are not connected over the edges at them.
-
-    Every corner of a face is a node; corners at the same vertex are linked over shared edges.
-    Edges of any number of faces are allowed.
+    """Vertices whose faces are not connected over the edges at them: they have several fans.
 
     Parameters
     ----------
@@ -62,19 +57,7 @@ def non_manifold_vertices(faces: IntArray, edges: Edges) -> IntArray:
     -------
     (n,) int64 vertex indices, ascending.
     """
-    n = len(faces)
-    corner = np.arange(3 * n).reshape(n, 3)
-    at_start, at_end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
-    upward = (faces < np.roll(faces, -1, axis=1)).reshape(-1)
-    low, high = np.where(upward, at_start, at_end), np.where(upward, at_end, at_start)
-    edge = edges.of_side.reshape(-1)
-    order = np.argsort(edge, kind="stable")
-    same = edge[order][1:] == edge[order][:-1]
-    links = [np.stack([ends[order][1:], ends[order][:-1]])[:, same] for ends in (low, high)]
-    i, j = np.concatenate(links, axis=1)
-    graph = sp.coo_array((np.ones(len(i), dtype=np.bool_), (i, j)), shape=(3 * n, 3 * n))
-    fans = connected_components(graph, directed=False)[1]
-    _, first = np.unique(fans, return_index=True)
+    _, first = np.unique(fans_of(faces, edges), return_index=True)
     found: IntArray = np.flatnonzero(np.bincount(faces.reshape(-1)[first]) > 1)
     return found
 

@@ -86,6 +86,34 @@ def same_direction(faces: IntArray, edges: Edges) -> tuple[IntArray, BoolArray]:
     return (order // 3).astype(np.int64), same
 
 
+def fans_of(faces: IntArray, edges: Edges) -> IntArray:
+    """Number the fans: the faces at a vertex that are connected over the edges at it.
+
+    Every corner of a face is a node; corners at the same vertex are linked over shared edges.
+    Edges of any number of faces are allowed.
+
+    Parameters
+    ----------
+    faces
+        (F, 3).
+    edges
+        Of these faces.
+
+    Returns
+    -------
+    (F, 3) int64 fan of each face at each of its corners, numbered from 0.
+    """
+    corner = np.arange(faces.size).reshape(-1, 3)
+    at_start, at_end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
+    upward = (faces < np.roll(faces, -1, axis=1)).reshape(-1)
+    low, high = np.where(upward, at_start, at_end), np.where(upward, at_end, at_start)
+    edge = edges.of_side.reshape(-1)
+    order = np.argsort(edge, kind="stable")
+    same = edge[order][1:] == edge[order][:-1]
+    links = [np.stack([ends[order][1:], ends[order][:-1]], axis=1)[same] for ends in (low, high)]
+    return components_of(np.concatenate(links), faces.size).reshape(-1, 3)
+
+
 def components_of(pairs: IntArray, size: int) -> IntArray:
     """Number the connected components of a graph.
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh, largest_component, triangle_areas, triangle_mesh
+from solver.mesh.repair import non_manifold_vertices
 from synthetic import glued, punched
 from tests.solver import shapes
 
@@ -62,6 +63,25 @@ def test_euler_characteristic(name: str) -> None:
 )
 def test_genus_is_the_number_of_handles_whatever_the_holes(mesh: TriangleMesh, genus: int) -> None:
     assert mesh.genus == genus
+
+
+@pytest.mark.parametrize("mesh", [shapes.plane_grid(), shapes.icosphere(2)])
+def test_holes_that_touch_at_a_vertex_are_no_handle(mesh: TriangleMesh) -> None:
+    rng = np.random.default_rng(5)
+    pinched = 0
+    for _ in range(20):
+        found = triangle_mesh(mesh.vertices, mesh.faces[rng.random(mesh.n_faces) < 0.8])
+        pinched += len(non_manifold_vertices(found.faces, found.face_edges)) > 0
+        assert found.genus == 0.0
+    assert pinched >= 15
+
+
+def test_surfaces_that_touch_at_a_vertex_are_two() -> None:
+    ball = shapes.icosphere(2)
+    faces = np.concatenate([ball.faces, ball.faces + ball.n_vertices - 1])
+    beside = ball.vertices - ball.vertices[0] + ball.vertices[-1]
+    vertices = np.concatenate([ball.vertices, beside[1:]])
+    assert triangle_mesh(vertices, faces).genus == 0.0
 
 
 def test_the_mean_edge_of_a_corner_of_a_cube() -> None:
