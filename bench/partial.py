@@ -4,7 +4,8 @@ Without ``--data``, parts are cut out of generated people, scaled, and matched w
 with it, every shape of the folder that lacks known points is matched with every one that has all.
 With ``--cut``, parts are cut out of every shape of the folder, or of generated figures of six
 classes, and matched with the one before it in its class. With ``--halves``, the left, right, front
-and back half of every shape of the folder are matched with another shape.
+and back half of every shape of the folder are matched with another shape; with ``--views``, what
+is seen of it from one side.
 With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
 of two in turn, which lack opposite sides with ``--opposite``; or every two shapes of the folder
 that lack known points. With ``--ends``, too: every shape of the folder, or of generated figures of
@@ -33,6 +34,7 @@ from bench.halves import half_pairs
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, map_error
 from bench.overlap import generated_overlap, truly_covered, without_ends
+from bench.views import view_pairs
 from solver.arrays import BoolArray, IntArray
 from solver.matching import MatchOptions, match
 from synthetic import CLASSES
@@ -155,6 +157,8 @@ def chosen_pairs(arguments: argparse.Namespace) -> Iterator[Pair]:
         return ((without_ends(one), without_ends(other)) for one, other in _neighbours(folder))
     if arguments.halves:
         return half_pairs(read_collection(folder))
+    if arguments.views:
+        return view_pairs(read_collection(folder), first)
     if arguments.cut:
         return cut_pairs(folder, first)
     count = _COUNT if arguments.count is None else arguments.count
@@ -252,6 +256,7 @@ def main() -> None:
     parser.add_argument("--vertices", type=int, help="vertices of the generated bodies")
     parser.add_argument("--cut", action="store_true", help="cut shapes of the folder")
     parser.add_argument("--halves", action="store_true", help="halve shapes of the folder")
+    parser.add_argument("--views", action="store_true", help="one-sided views of the folder's")
     parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--both", action="store_true", help="match parts with parts")
     parser.add_argument("--opposite", action="store_true", help="cut opposite sides off them")
@@ -263,10 +268,11 @@ def main() -> None:
         parser.error("--vertices is for generated parts of whole bodies: leave out the others")
     if arguments.count is not None and (arguments.data or arguments.cut):
         parser.error("--count is for generated parts: leave out --data and --cut")
-    if arguments.halves and (arguments.cut or arguments.both or not arguments.data):
-        parser.error("--halves is for shapes of a folder: give --data, leave out --cut and --both")
-    if arguments.ends and (arguments.cut or arguments.halves or arguments.count is not None):
-        parser.error("--ends cuts shapes of its own: leave out --cut, --halves and --count")
+    of_folder = arguments.halves, arguments.views
+    if any(of_folder) and (all(of_folder) or arguments.cut or arguments.both or not arguments.data):
+        parser.error("--halves or --views: give --data, leave out --cut and --both")
+    if arguments.ends and (arguments.cut or any(of_folder) or arguments.count is not None):
+        parser.error("--ends cuts shapes of its own: leave out other cuts and --count")
     if arguments.opposite and (arguments.data or not arguments.both):
         parser.error("--opposite is for generated bodies: give --both, leave out --data")
     both = arguments.both or arguments.ends
