@@ -114,7 +114,7 @@ def known_part(whole: KnownShape, kind: str, vertices: IntArray, part: TriangleM
     """
     assert whole.truth is not None
     numbers = np.full(whole.shape.n_vertices, -1)
-    numbers[vertices] = np.arange(len(vertices))
+    numbers[vertices] = part.vertices_of(np.arange(len(vertices)))
     name = f"{whole.name} {kind}"
     return KnownShape(name, whole.category, Shape(part), numbers[whole.truth], None)
 
