@@ -148,9 +148,8 @@ class Runner:
         except (RedisError, NotMigrated):
             raise
         except Cancelled:
-            # If another runner holds the job, it needs the upload.
-            if jobs.finish_cancelled(record.id, self.name):
-                _reject_upload(context)
+            _reject_upload(context)
+            jobs.finish_cancelled(record.id, self.name)
             log.info("cancelled")
         except (Exception, JobTimedOut) as error:
             problem = problem_of(error, record)
@@ -176,10 +175,10 @@ def _await_blobs(store: Store, patience: float) -> None:
 
 
 def _reject_upload(context: JobContext) -> None:
-    record = context.record
-    if isinstance(record.payload, UploadPayload):
-        upload = record.payload
-        context.store.uploads.reject(upload.upload, upload.file_type, record.id)
+    """Delete the upload of a job that is about to end; another runner that holds it needs it."""
+    record, upload, store = context.record, context.record.payload, context.store
+    if isinstance(upload, UploadPayload) and store.jobs.holder(record.id) == context.runner:
+        store.uploads.reject(upload.upload, upload.file_type, record.id)
 
 
 @contextmanager

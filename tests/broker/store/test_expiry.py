@@ -28,10 +28,13 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, QueueSettings, new_job
 from broker.store import DEFAULT_KEYS, ClaimStatus, Listing, Shapes, Store
-from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
+from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover, store_away
 from broker.webhooks import WebhookSettings, dispatch
+from solver.errors import Cancelled
 from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
+from tests.workers import validation
+from worker.jobs.failures import JobTimedOut
 from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
 
@@ -186,6 +189,23 @@ def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
     Runner(queue, "runner").run(job)
     assert store.jobs.state(job) is JobState.SUCCEEDED
     assert store.shapes.upload(shape_id(data)) == data
+
+
+@pytest.mark.parametrize("error", [JobTimedOut, Cancelled])
+def test_a_run_that_was_given_up_leaves_the_upload(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch, error: type[BaseException]
+) -> None:
+    jobs, job = queue.store.jobs, validation(queue, blob_file(1))
+
+    def stand_still(*_: object) -> None:
+        assert jobs.lose(job, LOSSES_WITH_WORKER, store_away(), "first") is JobState.QUEUED
+        raise error
+
+    with monkeypatch.context() as patched:
+        patched.setattr("worker.jobs.validation.read_mesh", stand_still)
+        Runner(queue, "first").run(job)
+    Runner(queue, "second").run(job)
+    assert jobs.state(job) is JobState.SUCCEEDED
 
 
 @pytest.mark.parametrize("kind", ["shape", "prototype"])
