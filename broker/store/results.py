@@ -52,24 +52,25 @@ class Results:
 
         The keys of all that the tenant keeps are looked through, once for all of the jobs.
         """
-        pictures: dict[str, list[str]] = {self.keys.job_picture(one): [] for one in job_ids}
-        shown = self.keys.job_picture(job_ids[0] if len(job_ids) == 1 else "*")
-        for key, _ in self.client.zscan_iter(self.keys.held, match=f"{shown}*", count=1000):
-            name = text(key)
-            end = name.index(":picture") + len(":picture")
-            if name[:end] in pictures:
-                pictures[name[:end]].append(name)
+        self.client.delete(*map(self.keys.job_summary, job_ids))
         # Not `any` of a generator, which would end with the first result.
-        found = [self._delete(one, pictures[self.keys.job_picture(one)]) for one in job_ids]
+        found = [
+            self._delete([self.keys.job_result(one), self.keys.job_arrays(one)]) for one in job_ids
+        ]
+        # Pictures last: without the result, none that is stored from now on is kept.
+        shown = {self.keys.job_picture(one) for one in job_ids}
+        match = self.keys.job_picture(job_ids[0] if len(job_ids) == 1 else "*") + "*"
+        for key, _ in self.client.zscan_iter(self.keys.held, match=match, count=1000):
+            name = text(key)
+            if name[: name.index(":picture") + len(":picture")] in shown:
+                found.append(self._delete([name]))
         return any(found)
 
-    def _delete(self, job_id: str, pictures: Sequence[str]) -> bool:
-        names = [self.keys.job_result(job_id), self.keys.job_arrays(job_id), *pictures]
+    def _delete(self, names: Sequence[str]) -> bool:
         with self.client.pipeline() as pipe:
             for name in names:
                 self.blobs.look_up(name, pipe)
             self.blobs.unlink(names, pipe)
-            pipe.delete(self.keys.job_summary(job_id))
             replies = pipe.execute(raise_on_error=False)
         stored = replies[: len(names)]
         self.blobs.discard(zip(names, stored, strict=True))
@@ -99,17 +100,22 @@ class Results:
         return self.blobs.open(self.keys.job_picture(payload.job, payload.variant))
 
     def set_picture(self, payload: PicturePayload, picture: bytes) -> None:
-        """Store a picture for as long as the result itself.
+        """Store a picture for as long as the result itself, unless that is gone.
 
         Raises
         ------
         QuotaExceeded
             The tenant has as many bytes as it may have.
         """
-        left = self.client.ttl(self.keys.job_result(payload.job))
+        result = self.keys.job_result(payload.job)
+        left = self.client.ttl(result)
         if left > 0:
+            key = self.keys.job_picture(payload.job, payload.variant)
             Quotas(self.client, self.settings, self.keys).check(len(picture))
-            self.blobs.save(self.keys.job_picture(payload.job, payload.variant), picture, left)
+            self.blobs.save(key, picture, left)
+            # If the result was deleted meanwhile, this picture may not have been found.
+            if not self.client.exists(result):
+                self._delete([key])
 
     def drawing_job(self, payload: PicturePayload) -> str | None:
         """Return the job that draws a picture and has not ended."""

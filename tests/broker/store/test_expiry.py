@@ -1,5 +1,6 @@
 """Records that expire, end or reappear between two steps, and what they leave behind."""
 
+import threading
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import timedelta
@@ -15,6 +16,7 @@ from broker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
+    PicturePayload,
     PrototypeRecord,
     PrototypeStructures,
     PrototypeValidationPayload,
@@ -31,6 +33,7 @@ from broker.store import DEFAULT_KEYS, ClaimStatus, Listing, Shapes, Store
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover, store_away
 from broker.webhooks import WebhookSettings, dispatch
 from solver.errors import Cancelled
+from tests.broker.store.test_store import running
 from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
 from tests.workers import validation
@@ -189,6 +192,27 @@ def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
     Runner(queue, "runner").run(job)
     assert store.jobs.state(job) is JobState.SUCCEEDED
     assert store.shapes.upload(shape_id(data)) == data
+
+
+def test_no_picture_outlives_a_deleted_result(store: Store) -> None:
+    results, jobs = store.results, store.jobs
+    for _ in range(10):
+        drawn, over = running(jobs), threading.Event()
+        assert jobs.succeed(drawn, "r", b"{}")
+        picture = PicturePayload(job=drawn)
+
+        def draw(picture: PicturePayload = picture, over: threading.Event = over) -> None:
+            while not over.is_set():
+                results.set_picture(picture, b"picture")
+
+        drawing = threading.Thread(target=draw)
+        drawing.start()
+        while results.picture(picture) is None:
+            pass
+        assert results.delete(drawn)
+        over.set()
+        drawing.join()
+        assert results.picture(picture) is None
 
 
 @pytest.mark.parametrize("error", [JobTimedOut, Cancelled])
