@@ -5,7 +5,7 @@ the next. Nor is a batch: its matches are.
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import Final, Self
 
 from redis.client import Pipeline
 from redis.exceptions import WatchError
@@ -16,6 +16,7 @@ from broker.contracts import (
     JobKind,
     JobRecord,
     JobState,
+    PicturePayload,
     RequestOrigin,
     SpectrumKey,
     SpectrumPayload,
@@ -28,8 +29,12 @@ from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spec
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import QuotaExceeded, Store
+from broker.store import QuotaExceeded, Store, text
 from broker.telemetry import logger
+
+_MARKED_SECONDS: Final = 86400
+"""Seconds for which a key names the job that draws a picture or computes a spectrum: longer than
+that waits. It counts only until the job has ended."""
 
 log = logger("isomatch.queue")
 
@@ -154,9 +159,8 @@ class JobQueue:
         uploads, named = self.store.uploads, (payload.upload, payload.file_type)
         with self.store.client.pipeline() as pipe:
             while True:
-                holder = uploads.validating_job(*named, pipe)
-                state = None if holder is None else self.store.jobs.state(holder)
-                if holder is not None and state is not None and not state.ended:
+                holder = self._live_job(self.store.keys.candidate_job(*named), pipe)
+                if holder is not None:
                     # A candidate that was put for nothing is left to the sweep: if the reply to
                     # the transaction was lost, the holder may be this very job.
                     return holder
@@ -176,6 +180,11 @@ class JobQueue:
                     raise
                 _log_queued(record)
                 return record.id
+
+    def submit_picture(self, payload: PicturePayload, context: RequestOrigin = NO_REQUEST) -> str:
+        """Queue the drawing of a picture unless it is being drawn; return the job that draws it."""
+        marker = self.store.keys.picture_job(payload.job, payload.variant)
+        return self._submit_once(new_job(payload, context), marker)
 
     def submit_with_spectra(
         self, payload: SpectralPayload, context: RequestOrigin = NO_REQUEST
@@ -305,6 +314,31 @@ class JobQueue:
         reserved = self.store.admission.reserve(idempotency, record.id)
         return record.model_copy(update={"id": reserved})
 
+    def _submit_once(self, record: JobRecord, marker: str) -> str:
+        """Queue a job unless the one that a key names has not ended; return that one's id."""
+        with self.store.client.pipeline() as pipe:
+            while True:
+                holder = self._live_job(marker, pipe)
+                if holder is not None:
+                    return holder
+                try:
+                    self.rq.enqueue(record, pipe)
+                    self.store.jobs.create(record, pipe)
+                    pipe.set(marker, record.id, ex=_MARKED_SECONDS)
+                    pipe.execute()
+                except WatchError:
+                    # Another one was first.
+                    continue
+                _log_queued(record)
+                return record.id
+
+    def _live_job(self, marker: str, pipe: Pipeline) -> str | None:
+        """Return the job that a key names, unless it has ended, and watch the key."""
+        pipe.watch(marker)
+        named = text(self.store.client.get(marker))
+        state = None if named is None else self.store.jobs.state(named)
+        return None if state is None or state.ended else named
+
     def _submit_spectrum(self, key: SpectrumKey, context: RequestOrigin) -> None:
         spectra = self.store.spectra
         job = new_job(
@@ -319,9 +353,8 @@ class JobQueue:
         )
         # One that only another tenant has used is queued, too: this tenant must not see that there
         # is one, by its place in the queue.
-        cached = spectra.known([key])[0] and spectra.has(key)
-        if not cached and spectra.mark_queued(key, job.id, self.settings.job_timeout):
-            self.submit(job)
+        if not (spectra.known([key])[0] and spectra.has(key)):
+            self._submit_once(job, self.store.keys.spectrum_job(key))
 
     def _withdraw_spectra(self, record: JobRecord) -> None:
         """Withdraw the queued spectra of a cancelled job that no other live job needs.

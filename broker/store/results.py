@@ -122,13 +122,3 @@ class Results:
         holder = text(self.client.get(self.keys.picture_job(payload.job, payload.variant)))
         state = None if holder is None else text(self.client.hget(self.keys.job(holder), "state"))
         return None if state is None or JobState(state).ended else holder
-
-    def picture_job(self, payload: PicturePayload, job_id: str) -> str:
-        """Return the job that draws a picture: `job_id`, or an earlier one that has not ended."""
-        key = self.keys.picture_job(payload.job, payload.variant)
-        if self.client.set(key, job_id, nx=True, ex=self.settings.candidate_ttl):
-            return job_id
-        holder = self.drawing_job(payload)
-        if holder is None:
-            self.client.set(key, job_id, ex=self.settings.candidate_ttl)
-        return holder or job_id

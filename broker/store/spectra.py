@@ -216,15 +216,6 @@ class Spectra:
         """Whether a live process computes a spectrum."""
         return bool(self.client.exists(Keys.spectrum_lock(key)))
 
-    def mark_queued(self, key: SpectrumKey, job_id: str, seconds: int) -> bool:
-        """Record that a job is queued to compute a spectrum; False if another one is."""
-        name = self.keys.spectrum_job(key)
-        if self.client.set(name, job_id, nx=True, ex=seconds):
-            return True
-        if self.jobs_queued([key]) != [None]:
-            return False
-        return bool(self.client.set(name, job_id, ex=seconds))
-
     def queued(self, keys: Sequence[SpectrumKey]) -> int:
         """Return the number of spectra that a job is queued to compute, or computes."""
         return sum(job is not None for job in self.jobs_queued(keys))

@@ -33,12 +33,6 @@ class Uploads:
     blobs: Blobs
     keys: Keys = DEFAULT_KEYS
 
-    def validating_job(self, upload_id: str, file_type: str, pipe: Pipeline) -> str | None:
-        """Return the job that validates an equal upload, if any, and watch its key."""
-        key = self.keys.candidate_job(upload_id, file_type)
-        pipe.watch(key)
-        return text(self.client.get(key))
-
     def put_candidate(
         self, upload_id: str, file_type: str, data: bytes, job_id: str
     ) -> BlobReference:

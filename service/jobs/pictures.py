@@ -27,7 +27,6 @@ from broker.contracts import (
     is_prototype,
     no_alternative,
 )
-from broker.queue import new_job
 from broker.telemetry import logger
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
@@ -232,7 +231,7 @@ async def presented(
         if not body_wanted(request):
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
         order = RequestOrigin(sender.request_id, sender.caller)
-        drawing = await run_in_threadpool(_submit_picture, service, payload, order)
+        drawing = await run_in_threadpool(service.queue.submit_picture, payload, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
         picture = await run_in_threadpool(service.store.results.open_picture, payload)
         if picture is None:
@@ -339,11 +338,3 @@ def _check_match(service: Service, match: MatchPayload) -> None:
 
 def _gone(what: str) -> str:
     return f"{what}, which it shows, was deleted or has expired."
-
-
-def _submit_picture(service: Service, payload: PicturePayload, order: RequestOrigin) -> str:
-    job = new_job(payload, order)
-    holder = service.store.results.picture_job(payload, job.id)
-    if holder == job.id:
-        service.queue.submit(job)
-    return holder
