@@ -195,7 +195,10 @@ class Jobs:
         return answer == [b"running", runner.encode()]
 
     def succeed(self, job_id: str, runner: str, result: bytes | None = None) -> bool:
-        """End a job with its result (JSON); False if the runner no longer holds it."""
+        """End a job with its result (JSON); False if the runner no longer holds it.
+
+        Of several calls for a job that is its own runner, one returns True.
+        """
         if result is None:
             return self._finish(job_id, runner, JobState.SUCCEEDED)
         key, packed = self.keys.job_result(job_id), gzip.compress(result, compresslevel=6, mtime=0)

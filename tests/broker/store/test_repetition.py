@@ -7,10 +7,11 @@ from threading import Thread
 
 import pytest
 
-from broker.contracts import ValidationPayload
+from broker.contracts import JobState, ValidationPayload
 from broker.queue import JobQueue, QueueSettings
 from broker.store import DEFAULT_KEYS, Store
 from service.standalone import EmbeddedServer
+from tests.broker.store.test_store import running
 from tests.worker.records import shape_record
 from worker.settings import WorkerSettings
 
@@ -36,13 +37,18 @@ def pass_on(client: socket.socket, server: socket.socket, until: bytes | None) -
 
 
 @pytest.fixture
-def forgetful(server: EmbeddedServer, store: Store, settings: WorkerSettings) -> Iterator[Store]:
-    """The empty store, over a connection that breaks before the first transaction's reply."""
+def forgetful(
+    server: EmbeddedServer, store: Store, settings: WorkerSettings, request: pytest.FixtureRequest
+) -> Iterator[Store]:
+    """The empty store, over a connection that breaks before the first transaction's reply.
+
+    Or before that to another command, the fixture's parameter.
+    """
     with socket.create_server(("127.0.0.1", 0)) as listening:
         listening.settimeout(60.0)
 
         def serve() -> None:
-            for until in (b"EXEC", None):
+            for until in (getattr(request, "param", b"EXEC"), None):
                 client, _ = listening.accept()
                 with client, socket.socket(socket.AF_UNIX) as behind:
                     behind.connect(server.url.removeprefix("unix://"))
@@ -66,3 +72,15 @@ def test_a_shape_is_stored_once(store: Store, forgetful: Store) -> None:
     assert store.shapes.get(SHAPE) == shape_record(SHAPE)
     assert (store.shapes.upload(SHAPE), store.shapes.mesh(SHAPE)) == (b"data", b"mesh")
     assert not store.client.exists(DEFAULT_KEYS.candidate(SHAPE, "off", job))
+
+
+@pytest.mark.parametrize("forgetful", [b"EVALSHA"], indirect=True)
+def test_a_job_ends_with_the_result_of_a_call_that_is_repeated(
+    store: Store, forgetful: Store
+) -> None:
+    job, other = running(store.jobs), running(store.jobs)
+    # Now Redis knows the script.
+    assert store.jobs.succeed(other, "r", b"{}")
+    assert forgetful.jobs.succeed(job, "r", b"{}")
+    assert store.jobs.state(job) is JobState.SUCCEEDED
+    assert store.results.document(job) is not None

@@ -125,13 +125,13 @@ def test_an_end_never_changes(store: Store, end: JobState) -> None:
     assert jobs.cancel(job) is end
     assert jobs.lose(job, 5, BROKEN) is end
     assert not jobs.report(job, "r", Progress(stage="late", fraction=0.1))
+    assert not jobs.succeed(job, "r", b"other")
     refused = {
-        JobState.SUCCEEDED: jobs.succeed(job, "r", b"other"),
         JobState.FAILED: jobs.fail(job, "r", BROKEN),
         JobState.CANCELLED: jobs.finish_cancelled(job, "r"),
     }
     # The same call repeated, as after a lost reply, succeeds.
-    assert refused == {state: state is end for state in ENDS}
+    assert refused == {state: state is end for state in refused}
     assert jobs.get(job) == before
     assert store.results.document(job) == result
 

@@ -6,6 +6,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from broker.queue import JobQueue, new_job
 from broker.queue.new_jobs import new_batch_match
 from broker.store import text
 from broker.upkeep import RecoveryTimeouts, recover
+from tests.broker.store.test_blobs import files
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_jobs import horse_of
 from tests.workers import ended
@@ -147,6 +149,21 @@ def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) ->
     states = {record.state for record in records if record is not None}
     assert (len(records), states) == (39, {JobState.CANCELLED})
     assert None not in records
+
+
+def test_a_batch_ends_once_though_several_notice_its_end(queue: JobQueue) -> None:
+    store, batches = queue.store, 5
+    with ThreadPoolExecutor(4) as threads:
+        for _ in range(batches):
+            batch = queue.submit_batch(of("a", ["b"], MatchParameters()))
+            match = f"{batch.id}-1"
+            assert store.jobs.claim(match, "me")
+            assert queue.batches.begin(batch.id)
+            assert store.jobs.succeed(match, "me", b"{}")
+            list(threads.map(queue.batches.advance, [batch.id] * 4))
+    assert sum(store.counters.read().times["batch", "total"].buckets) == batches
+    # The results of each batch and of its match.
+    assert len(files(store)) == 2 * batches
 
 
 def test_the_batch_counts_once_towards_the_quota(queue: JobQueue) -> None:
