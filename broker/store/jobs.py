@@ -21,7 +21,16 @@ from typing import Final, TypeAlias, cast
 from redis import Redis
 from redis.client import Pipeline
 
-from broker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress, subject_of
+from broker.contracts import (
+    Delivery,
+    JobKind,
+    JobRecord,
+    JobState,
+    MatchSummary,
+    Problem,
+    Progress,
+    subject_of,
+)
 from broker.store import scripts
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
@@ -194,18 +203,41 @@ class Jobs:
         answer = self._run(scripts.CLAIM_JOB, job_id, runner, _now())
         return answer == [b"running", runner.encode()]
 
-    def succeed(self, job_id: str, runner: str, result: bytes | None = None) -> bool:
-        """End a job with its result (JSON); False if the runner no longer holds it.
+    def succeed(
+        self,
+        job_id: str,
+        runner: str,
+        result: bytes | None = None,
+        arrays: bytes | None = None,
+        summary: MatchSummary | None = None,
+    ) -> bool:
+        """End a job with its result, all at once; False if the runner no longer holds it.
 
         Of several calls for a job that is its own runner, one returns True.
+
+        Parameters
+        ----------
+        job_id, runner
+            The job, and who has run it.
+        result, arrays
+            The result, JSON; and the same as arrays, npz.
+        summary
+            A match in brief.
         """
-        if result is None:
-            return self._finish(job_id, runner, JobState.SUCCEEDED)
-        key, packed = self.keys.job_result(job_id), gzip.compress(result, compresslevel=6, mtime=0)
-        stored = self.blobs.put(key, packed)
-        kept = self._finish(job_id, runner, JobState.SUCCEEDED, result=str(stored))
+        packed = None if result is None else gzip.compress(result, compresslevel=6, mtime=0)
+        contents = {self.keys.job_result(job_id): packed, self.keys.job_arrays(job_id): arrays}
+        stored = self.blobs.put_all({k: data for k, data in contents.items() if data is not None})
+        result_blob, arrays_blob = (str(stored.get(key, "")) for key in contents)
+        kept = self._finish(
+            job_id,
+            runner,
+            JobState.SUCCEEDED,
+            result=result_blob,
+            arrays=arrays_blob,
+            summary="" if summary is None else summary.model_dump_json(),
+        )
         if not kept:
-            self.blobs.discard([(key, stored)])
+            self.blobs.discard(stored.items())
         return kept
 
     def fail(self, job_id: str, runner: str, problem: Problem) -> bool:
@@ -270,7 +302,14 @@ class Jobs:
             return cast(list[_Fields], pipe.execute())
 
     def _finish(
-        self, job_id: str, runner: str, state: JobState, error: str = "", result: str = ""
+        self,
+        job_id: str,
+        runner: str,
+        state: JobState,
+        error: str = "",
+        result: str = "",
+        arrays: str = "",
+        summary: str = "",
     ) -> bool:
         answer = self._run(
             scripts.FINISH_JOB,
@@ -280,8 +319,10 @@ class Jobs:
             self.settings.job_ttl,
             state.value,
             error,
-            result,
             self.settings.result_ttl,
+            result,
+            arrays,
+            summary,
         )
         return answer == [state.value.encode(), runner.encode()]
 
@@ -290,6 +331,7 @@ class Jobs:
         names += [self.keys.jobs_in(state) for state in JobState]
         names += [Keys.COUNTERS, self.keys.webhooks, self.keys.job_result(job_id)]
         names += [self.keys.held, self.keys.admitted]
+        names += [self.keys.job_arrays(job_id), self.keys.job_summary(job_id)]
         return script(self.client, names, job_id, *arguments)
 
 

@@ -16,7 +16,7 @@ from broker.store.replies import text
 
 @dataclass(frozen=True)
 class Results:
-    """The stored results; :meth:`broker.store.Jobs.succeed` stores the document itself.
+    """The stored results; :meth:`broker.store.Jobs.succeed` stores all but pictures.
 
     Parameters
     ----------
@@ -75,15 +75,6 @@ class Results:
         stored = replies[: len(names)]
         self.blobs.discard(zip(names, stored, strict=True))
         return any(reply is not None for reply in stored)
-
-    def set_arrays(self, job_id: str, arrays: bytes) -> None:
-        """Store the result of a job as arrays, before the job succeeds."""
-        self.blobs.save(self.keys.job_arrays(job_id), arrays, self.settings.result_ttl)
-
-    def set_summary(self, job_id: str, summary: MatchSummary) -> None:
-        """Store a match in brief, before it succeeds."""
-        document = summary.model_dump_json()
-        self.client.set(self.keys.job_summary(job_id), document, ex=self.settings.result_ttl)
 
     def summaries(self, job_ids: Sequence[str]) -> list[MatchSummary | None]:
         """Return matches in brief; None for those that have none, or none any more."""

@@ -93,11 +93,10 @@ class Comparison:
         known = shape_names(self.payload.shapes, self.payload.names, store)
         names = tuple(name or "" for name in known)
         result = result_of(self.payload, values, self._timings(), names)
-        store.results.set_arrays(job.id, arrays_of(result, values))
-        document = result.model_dump_json().encode()
+        document, arrays = result.model_dump_json().encode(), arrays_of(result, values)
         waiting = self._started() - job.created
         timings = self._timings() | {WAITING: waiting.total_seconds()}
-        if store.jobs.succeed(job.id, job.id, document):
+        if store.jobs.succeed(job.id, job.id, document, arrays):
             store.counters.observe(job.kind, timings)
 
     def _open_signatures(self) -> None:

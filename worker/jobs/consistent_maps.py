@@ -14,7 +14,7 @@ from solver.errors import MeshError, OptionError, SolverError
 from solver.matching import MatchOptions
 from solver.shape import Shape
 from worker.jobs.consistent_map_results import Collection, Pair, PairwiseMap, consistent_maps_of
-from worker.jobs.context import JobContext
+from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import SHAPE_FAILURES, TimeUp, attributed_to, none_usable, reason_of
 from worker.jobs.matches import load_shape
 from worker.jobs.options import options_of
@@ -32,8 +32,8 @@ _TIME_UP: Final = "the job's time was up before it was matched; give fewer shape
 """Reason of pairs that are not mapped."""
 
 
-def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> bytes:
-    """Match all pairs, improve their maps by one another, store the arrays, return the document.
+def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> JobResult:
+    """Match all pairs, and improve their maps by one another.
 
     A shape or a pair that cannot be matched is reported with the reason, and does not end the job.
 
@@ -61,7 +61,6 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> byt
     matched = time.perf_counter()
     last.report("consistency", 0.0)
     result, arrays = consistent_maps_of(payload, names, collection, last)
-    store.results.set_arrays(context.record.id, arrays)
     ended = time.perf_counter()
     timings = {
         "spectra": loaded - start,
@@ -69,7 +68,8 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> byt
         "consistency": ended - matched,
         TOTAL: ended - start,
     }
-    return result.model_copy(update={"timings": timings}).model_dump_json().encode()
+    document = result.model_copy(update={"timings": timings}).model_dump_json().encode()
+    return JobResult(document, arrays)
 
 
 def _shapes(payload: ConsistentMapsPayload, context: JobContext) -> list[Shape | str]:

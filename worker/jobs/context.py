@@ -1,12 +1,31 @@
-"""Context of a running job: its record, and the services that a job function uses."""
+"""Context and result of a running job: its record, and the services that a job function uses."""
 
 from dataclasses import dataclass
 
-from broker.contracts import JobRecord
+from broker.contracts import JobRecord, MatchSummary
 from broker.queue import JobQueue
 from broker.store import Store
 from broker.webhooks import WebhookSettings
 from worker.jobs.progress import Reporter
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """What a job is to end with, as it is stored.
+
+    Parameters
+    ----------
+    document
+        The result document, JSON; None for kinds that have none.
+    arrays
+        The same as arrays, npz.
+    summary
+        A match of a batch in brief.
+    """
+
+    document: bytes | None = None
+    arrays: bytes | None = None
+    summary: MatchSummary | None = None
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from solver.prototype import Prototype, SurfaceSpectra
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum
 from worker.jobs.archives import stored_prototype
-from worker.jobs.context import JobContext
+from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import attributed_to
 from worker.jobs.match_results import arrays_of, document_of, refinement_of, summary_of
 from worker.jobs.meshes import mesh_of, spectrum_key_of
@@ -63,8 +63,8 @@ class MatchInput:
         )
 
 
-def match(payload: MatchPayload, context: JobContext) -> bytes:
-    """Match two shapes, or a prototype and a shape; store the arrays and return the document.
+def match(payload: MatchPayload, context: JobContext) -> JobResult:
+    """Match two shapes, or a prototype and a shape.
 
     Raises
     ------
@@ -92,14 +92,15 @@ def match(payload: MatchPayload, context: JobContext) -> bytes:
         target = load_shape("target", payload.target, payload, context, loading)
         loaded = time.perf_counter()
         result = match_shapes(source, target, payload, solving)
-    context.store.results.set_arrays(context.record.id, arrays_of(result))
-    if context.record.batch is not None:
-        context.store.results.set_summary(context.record.id, summary_of(result))
     timings = dict(result.timings)
     timings["spectra"] = timings.get("spectra", 0.0) + loaded - start
     timings["total"] = time.perf_counter() - start
     named = {"timings": timings, **_subjects(payload, context.store)}
-    return result.model_copy(update=named).model_dump_json().encode()
+    return JobResult(
+        result.model_copy(update=named).model_dump_json().encode(),
+        arrays_of(result),
+        None if context.record.batch is None else summary_of(result),
+    )
 
 
 def _subjects(payload: MatchPayload, store: Store) -> dict[str, str | int | None]:

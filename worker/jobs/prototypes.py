@@ -21,7 +21,7 @@ from solver.prototype import (
 )
 from solver.shape import Shape
 from worker.jobs.archives import record_of
-from worker.jobs.context import JobContext
+from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import attributed_to
 from worker.jobs.matches import load_shape
 from worker.jobs.options import options_of
@@ -38,8 +38,8 @@ _EXAMPLES_SHARE: Final = 0.4
 """Shares of the progress for the spectra, and for the correspondence of the examples."""
 
 
-def learn(payload: PrototypePayload, context: JobContext) -> bytes:
-    """Learn a prototype, store it, and return the result document.
+def learn(payload: PrototypePayload, context: JobContext) -> JobResult:
+    """Learn a prototype, and store it.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def learn(payload: PrototypePayload, context: JobContext) -> bytes:
         warnings=tuple(warnings),
         timings=reporter.seconds() | {TOTAL: time.perf_counter() - start},
     )
-    return result.model_dump_json().encode()
+    return JobResult(result.model_dump_json().encode())
 
 
 def _load(payload: PrototypePayload, context: JobContext, control: Control) -> list[Shape]:

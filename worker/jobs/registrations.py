@@ -25,7 +25,7 @@ from solver.templates import (
     register_template,
     shape_statistics,
 )
-from worker.jobs.context import JobContext
+from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import SHAPE_FAILURES, TimeUp, UnusableShape, none_usable, reason_of
 from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
@@ -57,8 +57,8 @@ class _Registered:
     boundary: float
 
 
-def register(payload: RegistrationPayload, context: JobContext) -> bytes:
-    """Register a template to specimens; store the arrays and return the document.
+def register(payload: RegistrationPayload, context: JobContext) -> JobResult:
+    """Register a template to specimens.
 
     A specimen that cannot be matched is reported with the reason, and does not end the job.
 
@@ -96,11 +96,10 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
     kept = [place for place, one in enumerate(found) if isinstance(one, _Registered)]
     shapes = [payload.shapes[place] for place in kept]
     arrays = _arrays(template.mesh, statistics, positions, shapes)
-    store.results.set_arrays(context.record.id, arrays)
     result = _result(payload, template.mesh, found, names, statistics)
     timings = reporter.seconds() | {TOTAL: time.perf_counter() - start}
     added = {"template_name": template_name, "timings": timings}
-    return result.model_copy(update=added).model_dump_json().encode()
+    return JobResult(result.model_copy(update=added).model_dump_json().encode(), arrays)
 
 
 def _registered_to_all(

@@ -1,7 +1,7 @@
 """Running a job: claim it, call the function of its kind, record its end and its times.
 
 A job function takes the payload and the :class:`JobContext`, loads what it needs from the store,
-solves, stores what belongs in the store, and returns the result document of kinds that have one.
+solves, stores what belongs in the store, and returns the result of kinds that have one.
 """
 
 import time
@@ -23,7 +23,7 @@ from broker.webhooks import WebhookSettings
 from solver.errors import Cancelled
 from worker.jobs.archives import validate_prototype
 from worker.jobs.consistent_maps import map_consistently
-from worker.jobs.context import JobContext
+from worker.jobs.context import JobContext, JobResult
 from worker.jobs.delivery import deliver
 from worker.jobs.drawing import draw
 from worker.jobs.failures import JobTimedOut, problem_of, unreadable
@@ -36,7 +36,7 @@ from worker.jobs.time_slices import run_time_slice
 from worker.jobs.transfers import carry, validate_attributes
 from worker.jobs.validation import validate_shape
 
-JobFunction: TypeAlias = Callable[[Any, JobContext], bytes | None]
+JobFunction: TypeAlias = Callable[[Any, JobContext], JobResult | None]
 
 FUNCTIONS: Final[Mapping[JobKind, JobFunction]] = {
     JobKind.VALIDATION: validate_shape,
@@ -137,11 +137,13 @@ class Runner:
                 if record.batch is not None:
                     # A batch is admitted once, and may have a thousand results.
                     context.store.quotas.check(size=1)
-                result = FUNCTIONS[record.kind](record.payload, context)
+                result = FUNCTIONS[record.kind](record.payload, context) or JobResult()
             finally:
                 context.reporter.end()
             with tracing.span("storing"):
-                kept = jobs.succeed(record.id, self.name, result)
+                kept = jobs.succeed(
+                    record.id, self.name, result.document, result.arrays, result.summary
+                )
         except BlobsAway:
             _await_blobs(context.store, self.blob_patience)
             raise

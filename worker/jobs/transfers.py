@@ -23,7 +23,7 @@ from solver.errors import OptionError
 from solver.transfer import FACES, VERTICES, Attribute
 from solver.transfer.files import read_attributes, write_npz
 from worker.jobs.carrying import TransferRequest, carried_by, carried_from
-from worker.jobs.context import JobContext
+from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import ResultGone, UploadGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
@@ -61,8 +61,8 @@ def validate_attributes(payload: AttributesValidationPayload, context: JobContex
     store.attributes.add(record, data, job.id)
 
 
-def carry(payload: TransferPayload, context: JobContext) -> bytes:
-    """Carry attributes or landmarks along a match, store the arrays and return the document.
+def carry(payload: TransferPayload, context: JobContext) -> JobResult:
+    """Carry attributes or landmarks along a match.
 
     Raises
     ------
@@ -89,27 +89,23 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
     carried, points = found.attributes, found.points
     # The map of an alternative is not that of the answer, which confidence is of.
     confidence = match.confidence if dense.hypothesis == 0 else None
-    store.results.set_arrays(context.record.id, write_arrays(carried, points))
-    return (
-        TransferResult(
-            match=payload.match,
-            source=payload.source,
-            target=payload.target,
-            source_name=names[0],
-            target_name=names[1],
-            what=payload.what,
-            direction=payload.direction,
-            on=_on(carried, payload),
-            rows=len(carried[0].values) if carried else 0,
-            attributes=tuple(map(summary_of, carried)),
-            points=points,
-            confidence=confidence,
-            warnings=(*_in_doubt(confidence), *found.warnings),
-            timings={"total": time.perf_counter() - start},
-        )
-        .model_dump_json()
-        .encode()
+    result = TransferResult(
+        match=payload.match,
+        source=payload.source,
+        target=payload.target,
+        source_name=names[0],
+        target_name=names[1],
+        what=payload.what,
+        direction=payload.direction,
+        on=_on(carried, payload),
+        rows=len(carried[0].values) if carried else 0,
+        attributes=tuple(map(summary_of, carried)),
+        points=points,
+        confidence=confidence,
+        warnings=(*_in_doubt(confidence), *found.warnings),
+        timings={"total": time.perf_counter() - start},
     )
+    return JobResult(result.model_dump_json().encode(), write_arrays(carried, points))
 
 
 def source_arrays(payload: TransferPayload, store: Store) -> bytes:

@@ -1,7 +1,8 @@
 -- Prelude of the scripts that move a job from one state to another.
 --
 -- KEYS  1 job, 2 active jobs, 3 to 7 index of each state, 8 counters, 9 webhooks, 10 result,
---       11 sizes of the tenant's blobs, 12 jobs that count towards the tenant's quota
+--       11 sizes of the tenant's blobs, 12 jobs that count towards the tenant's quota,
+--       13 result as arrays, 14 result in brief
 -- ARGV  1 job's id
 -- Each script returns the state the job is in afterwards, false if there is no such job; some also
 -- return its runner.

@@ -170,7 +170,7 @@ def test_bytes_of_an_earlier_version_are_told(store: Store) -> None:
     for read in (store.shapes.mesh, store.results.arrays, store.results.open_arrays):
         with pytest.raises(NotMigrated, match=r"broker\.migrate"):
             read(SHAPE if read == store.shapes.mesh else "1")
-    store.results.set_arrays("1", b"new arrays")
+    store.blobs.save(KEY, b"new arrays", 100)
     assert store.results.arrays("1") == b"new arrays"
     assert store.shapes.delete(SHAPE)
     assert not store.client.exists(DEFAULT_KEYS.shape_mesh(SHAPE))

@@ -17,7 +17,7 @@ def test_results_are_deleted_in_one_pass_over_what_is_kept(store: Store) -> None
     jobs = [f"job{number}" for number in range(20)]
     pictures = [DEFAULT_KEYS.job_picture(job, "png") for job in jobs]
     for job, picture in zip(jobs, pictures, strict=True):
-        store.results.set_arrays(job, b"arrays")
+        store.blobs.save(DEFAULT_KEYS.job_arrays(job), b"arrays", 1000)
         store.blobs.save(picture, b"picture", 1000)
     store.client.zadd(DEFAULT_KEYS.held, entries)
     before = calls(store, "zscan")

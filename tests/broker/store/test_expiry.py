@@ -16,6 +16,7 @@ from broker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
+    MatchResult,
     PicturePayload,
     PrototypeRecord,
     PrototypeStructures,
@@ -230,6 +231,29 @@ def test_a_run_that_was_given_up_leaves_the_upload(
         Runner(queue, "first").run(job)
     Runner(queue, "second").run(job)
     assert jobs.state(job) is JobState.SUCCEEDED
+
+
+def test_arrays_and_document_are_of_one_run(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs, data = queue.store.jobs, blob_file(1)
+    Runner(queue, "first").run(validation(queue, data))
+    parameters = MatchParameters(points=8, eigenpairs=10, orientation=False)
+    match = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
+    job, others = queue.submit(new_job(match)).id, ["second"]
+
+    def stand_still(result: MatchResult) -> bytes:
+        """Let another run be first."""
+        if others:
+            assert jobs.lose(job, LOSSES_WITH_WORKER, store_away(), "first") is JobState.QUEUED
+            Runner(queue, others.pop()).run(job)
+            return b"of the first run"
+        return b"of the second run"
+
+    monkeypatch.setattr("worker.jobs.matches.arrays_of", stand_still)
+    Runner(queue, "first").run(job)
+    assert (jobs.holder(job), jobs.state(job)) == ("second", JobState.SUCCEEDED)
+    assert queue.store.results.arrays(job) == b"of the second run"
 
 
 @pytest.mark.parametrize("kind", ["shape", "prototype"])

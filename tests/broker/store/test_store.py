@@ -141,14 +141,16 @@ def test_calls_of_a_runner_that_was_given_up_are_refused(store: Store) -> None:
     assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
     assert store.jobs.claim(job, "new")
     assert not store.jobs.is_held(job, "old")
-    assert not store.jobs.succeed(job, "old", b"old")
+    assert not store.jobs.succeed(job, "old", b"old", b"old arrays")
     assert not store.jobs.fail(job, "old", BROKEN)
     assert store.results.document(job) is None
+    assert store.results.arrays(job) is None
     assert store.jobs.lose(job, 1, BROKEN, "old") is JobState.RUNNING
     assert store.jobs.is_held(job, "new")
-    assert store.jobs.succeed(job, "new", b"new")
+    assert store.jobs.succeed(job, "new", b"new", b"new arrays")
     # Though both came to the same end, only one result is that of the job.
-    assert not store.jobs.succeed(job, "old", b"old")
+    assert not store.jobs.succeed(job, "old", b"old", b"old arrays")
+    assert store.results.arrays(job) == b"new arrays"
 
 
 def test_a_job_fails_after_too_many_losses(store: Store) -> None:

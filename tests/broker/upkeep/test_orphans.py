@@ -37,7 +37,7 @@ def sweep(store: Store) -> int:
 
 def fill(store: Store, names: range) -> None:
     for number in names:
-        store.results.set_arrays(f"{number}", bytes([number]))
+        store.blobs.save(DEFAULT_KEYS.job_arrays(f"{number}"), bytes([number]), 1000)
 
 
 def test_what_is_referred_to_stays(store: Store) -> None:

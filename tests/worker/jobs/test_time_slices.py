@@ -42,6 +42,7 @@ from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of
 from tests.workers import ended, horses, worker
 from worker.jobs.options import options_of
+from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
 
 Upload = Callable[..., str]
@@ -204,6 +205,21 @@ def test_a_cancelled_comparison_ends_at_once(served: JobQueue) -> None:
     record = ended(served, watched.job.id)
     assert record.state is JobState.CANCELLED
     assert served.store.results.document(watched.job.id) is None
+
+
+def test_a_comparison_that_is_cancelled_at_its_end_leaves_no_arrays(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, job = queue.store, queue.submit(new_job(imagined(queue.store, 4, HARD))).id
+
+    def cancelled(*_: object) -> bytes:
+        queue.cancel(job)
+        return b"arrays"
+
+    monkeypatch.setattr("worker.jobs.comparison.arrays_of", cancelled)
+    Runner(queue, "me").run(f"{job}-1")
+    assert store.jobs.state(job) is JobState.CANCELLED
+    assert store.results.arrays(job) is None
 
 
 @linux
