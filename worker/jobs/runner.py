@@ -178,9 +178,9 @@ def _await_blobs(store: Store, patience: float) -> None:
 
 def _reject_upload(context: JobContext) -> None:
     """Delete the upload of a job that is about to end; another runner that holds it needs it."""
-    record, upload, store = context.record, context.record.payload, context.store
-    if isinstance(upload, UploadPayload) and store.jobs.holder(record.id) == context.runner:
-        store.uploads.reject(upload.upload, upload.file_type, record.id)
+    upload = context.record.payload
+    if isinstance(upload, UploadPayload) and not context.is_given_up():
+        context.store.uploads.reject(upload.upload, upload.file_type, context.record.id)
 
 
 @contextmanager

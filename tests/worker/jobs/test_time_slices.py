@@ -26,7 +26,7 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS, Store
-from broker.upkeep import RecoveryTimeouts, handle_lost_process, recover
+from broker.upkeep import RecoveryTimeouts, handle_lost_process, recover, store_away
 from service.standalone import EmbeddedServer
 from solver.arrays import FloatArray
 from solver.similarity import (
@@ -41,6 +41,7 @@ from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of
 from tests.workers import ended, horses, worker
+from worker.jobs.failures import JobTimedOut
 from worker.jobs.options import options_of
 from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
@@ -220,6 +221,23 @@ def test_a_comparison_that_is_cancelled_at_its_end_leaves_no_arrays(
     Runner(queue, "me").run(f"{job}-1")
     assert store.jobs.state(job) is JobState.CANCELLED
     assert store.results.arrays(job) is None
+
+
+def test_a_time_slice_that_was_given_up_fails_no_comparison(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs, job = queue.store.jobs, queue.submit(new_job(imagined(queue.store, 4, HARD))).id
+    time_slice = f"{job}-1"
+
+    def stand_still(*_: object) -> bytes:
+        assert jobs.lose(time_slice, 1, store_away(), "first") is JobState.QUEUED
+        assert jobs.claim(time_slice, "second")
+        raise JobTimedOut
+
+    monkeypatch.setattr("worker.jobs.comparison.Comparison.compute", stand_still)
+    Runner(queue, "first").run(time_slice)
+    assert (jobs.state(job), jobs.state(time_slice)) == (JobState.RUNNING, JobState.RUNNING)
+    assert queue.store.chunks.time_slices(job) == {time_slice: JobState.RUNNING}
 
 
 @linux
