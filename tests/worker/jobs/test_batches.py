@@ -12,8 +12,17 @@ from pathlib import Path
 
 import pytest
 
-from broker.contracts import BatchPayload, BatchResult, JobState, MatchParameters, Problem, Progress
+from broker.contracts import (
+    BatchPayload,
+    BatchResult,
+    JobRecord,
+    JobState,
+    MatchParameters,
+    Problem,
+    Progress,
+)
 from broker.queue import JobQueue, new_job
+from broker.queue.batches import Batches
 from broker.queue.new_jobs import new_batch_match
 from broker.store import text
 from broker.upkeep import RecoveryTimeouts, recover
@@ -149,6 +158,33 @@ def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) ->
     states = {record.state for record in records if record is not None}
     assert (len(records), states) == (39, {JobState.CANCELLED})
     assert None not in records
+
+
+def test_the_progress_of_a_batch_never_decreases(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, states = queue.store, Batches._states
+    batch = queue.submit_batch(of("a", ["b"] * 4, MatchParameters()))
+    assert queue.batches.begin(batch.id)
+    waiting = [f"{batch.id}-{place}" for place in range(1, 4)]
+
+    def end(match: str) -> None:
+        queue.batches.queue_waiting(match)
+        assert store.jobs.claim(match, "me")
+        assert store.jobs.succeed(match, "me", b"{}")
+        queue.batches.advance(batch.id)
+
+    def ends_meanwhile(batches: Batches, record: JobRecord) -> list[JobState | None]:
+        found = states(batches, record)
+        if waiting:
+            end(waiting.pop())
+        return found
+
+    monkeypatch.setattr(Batches, "_states", ends_meanwhile)
+    end(waiting.pop())
+    now = store.jobs.get(batch.id)
+    assert now is not None
+    assert now.progress == Progress(stage="3 of 4 matches", fraction=0.75)
 
 
 def test_a_batch_ends_once_though_several_notice_its_end(queue: JobQueue) -> None:
