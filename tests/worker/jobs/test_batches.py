@@ -136,7 +136,7 @@ def test_a_match_of_a_cancelled_batch_does_not_begin(served: JobQueue) -> None:
 
 
 def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) -> None:
-    batch = queue.submit_batch(of("a", ["b"] * 40, MatchParameters()))
+    batch = queue.submit_batch(of("a", ["b"] * 12, MatchParameters()))
     over = threading.Event()
 
     def progress() -> None:
@@ -148,7 +148,7 @@ def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) ->
     reports = threading.Thread(target=progress)
     reports.start()
     try:
-        names = [f"{batch.id}-{place}" for place in range(2, 41)]
+        names = [f"{batch.id}-{place}" for place in range(2, 13)]
         for name in names:
             queue.cancel(name)
         records = queue.store.jobs.records(names)
@@ -156,7 +156,7 @@ def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) ->
         over.set()
         reports.join()
     states = {record.state for record in records if record is not None}
-    assert (len(records), states) == (39, {JobState.CANCELLED})
+    assert (len(records), states) == (11, {JobState.CANCELLED})
     assert None not in records
 
 
