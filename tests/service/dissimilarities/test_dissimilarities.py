@@ -198,7 +198,7 @@ def test_parts_make_a_matrix() -> None:
 
 def test_a_matrix_is_written_row_by_row() -> None:
     """The document is never in memory as a whole."""
-    matrix: list[list[float | None]] = np.random.default_rng(0).random((400, 400)).tolist()
+    matrix: list[list[float | None]] = np.random.default_rng(0).random((800, 800)).tolist()
     matrix[0][1] = None
     tracemalloc.start()
     packed = packed_document({"job": "a", "pairs": 1}, matrix)
