@@ -93,27 +93,7 @@ class JobQueue:
         QuotaExceeded
             The tenant has as many bytes as it may have.
         """
-        record = self._with_reserved_id(record, idempotency)
-        self._admit(record)
-        with self.store.client.pipeline() as pipe:
-            while True:
-                if idempotency is not None:
-                    pipe.watch(self.store.keys.job(record.id))
-                    known = self.store.jobs.get(record.id)
-                    if known is not None:
-                        return known
-                try:
-                    # First, because RQ begins the transaction itself.
-                    self._enqueue(record, pipe)
-                    self.store.jobs.create(record, pipe)
-                    if idempotency is not None:
-                        self.store.admission.remember(idempotency, record.id, pipe)
-                    pipe.execute()
-                except WatchError:
-                    # An equal request was first.
-                    continue
-                _log_queued(record)
-                return record
+        return self._submit(self._admitted(record, idempotency), idempotency)
 
     def earlier_job(self, context: RequestOrigin) -> JobRecord | None:
         """Return the job of an equal request with the same idempotency key, if there was one.
@@ -196,11 +176,10 @@ class JobQueue:
         KeyReused, TooManyQueued
             As for :meth:`submit`.
         """
-        record = self._with_reserved_id(new_job(payload, context), context.idempotency)
-        self._admit(record)
+        record = self._admitted(new_job(payload, context), context.idempotency)
         for key in wanted_spectra(payload, self.store.shapes):
             self._submit_spectrum(key, context)
-        return self.submit(record, context.idempotency)
+        return self._submit(record, context.idempotency)
 
     def spectra_ahead(self, record: JobRecord) -> int:
         """Return the number of spectra that a job needs and others compute, or will before it."""
@@ -298,21 +277,40 @@ class JobQueue:
         self.store.jobs.create(time_slice, pipe)
         self.store.chunks.add_time_slice(record.id, time_slice.id, pipe)
 
-    def _admit(self, record: JobRecord) -> None:
+    def _admitted(self, record: JobRecord, idempotency: IdempotencyRecord | None) -> JobRecord:
+        """Admit a job, which gets the id of an equal earlier request."""
+        if idempotency is not None:
+            reserved = self.store.admission.reserve(idempotency, record.id)
+            record = record.model_copy(update={"id": reserved})
         if record.is_listed:
             limit = self.settings.max_queued_jobs
             if self.store.jobs.state(record.id) is None:
                 self.store.quotas.check(size=1)
             mine = self.store.quotas.get().jobs
             self.store.admission.admit(record.caller, record.id, limit, mine)
+        return record
 
-    def _with_reserved_id(
-        self, record: JobRecord, idempotency: IdempotencyRecord | None
-    ) -> JobRecord:
-        if idempotency is None:
-            return record
-        reserved = self.store.admission.reserve(idempotency, record.id)
-        return record.model_copy(update={"id": reserved})
+    def _submit(self, record: JobRecord, idempotency: IdempotencyRecord | None) -> JobRecord:
+        """Store an admitted job and queue it; return that of an equal request that was first."""
+        with self.store.client.pipeline() as pipe:
+            while True:
+                if idempotency is not None:
+                    pipe.watch(self.store.keys.job(record.id))
+                    known = self.store.jobs.get(record.id)
+                    if known is not None:
+                        return known
+                try:
+                    # First, because RQ begins the transaction itself.
+                    self._enqueue(record, pipe)
+                    self.store.jobs.create(record, pipe)
+                    if idempotency is not None:
+                        self.store.admission.remember(idempotency, record.id, pipe)
+                    pipe.execute()
+                except WatchError:
+                    # An equal request was first.
+                    continue
+                _log_queued(record)
+                return record
 
     def _submit_once(self, record: JobRecord, marker: str) -> str:
         """Queue a job unless the one that a key names has not ended; return that one's id."""
