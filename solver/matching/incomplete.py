@@ -104,7 +104,8 @@ def _match_possible_part(
         answer = _matched_part(known, options, control)
         if answer is not None:
             return answer
-    found, registration = match_whole(source, target, options, wholly)
+    # What is missing misleads wholes more than what touches, and handles of clouds are often false.
+    found, registration = match_whole(source, target, options, wholly, may_be_glued=known is None)
     if registration is None or not _lacks(registration, part, last):
         return found
     known = known or _registered(source, target, part, options, last)

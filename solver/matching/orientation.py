@@ -67,6 +67,8 @@ def orient(
     levels: Sequence[Level],
     options: MatchOptions,
     control: Control,
+    *,
+    may_be_glued: bool = True,
 ) -> Orientation:
     """Register the surfaces, and choose the hypothesis that agrees with the registration.
 
@@ -85,6 +87,8 @@ def orient(
         Of the match.
     control
         Reports progress and cancels; past its deadline, less is tried.
+    may_be_glued
+        Whether surfaces with handles are opened in doubt.
 
     Raises
     ------
@@ -97,7 +101,8 @@ def orient(
     with control.stage(STAGE, 0.5):
         starts = _starts(hypotheses, levels, options, control)
         landmarks = _landmarks(levels[0])
-        rematch = partial(_rematched, options=options, control=control)
+        again = partial(_rematched, options=options, control=control)
+        rematch = again if may_be_glued else None
         part = control.between(0.5, 0.8)
         found = register(source, target, starts, part, landmarks, rematch=rematch)
     if found is None:

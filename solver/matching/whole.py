@@ -20,7 +20,12 @@ from solver.shape import Shape
 
 
 def match_whole(
-    source: Shape, target: Shape, options: MatchOptions, control: Control
+    source: Shape,
+    target: Shape,
+    options: MatchOptions,
+    control: Control,
+    *,
+    may_be_glued: bool = True,
 ) -> tuple[Match, Registration | None]:
     """Match two shapes of which each has all that the other has.
 
@@ -32,6 +37,8 @@ def match_whole(
         Of the match.
     control
         Reports progress and cancels.
+    may_be_glued
+        Whether surfaces with handles are opened in doubt.
 
     Returns
     -------
@@ -52,7 +59,9 @@ def match_whole(
     hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
     hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
     hypotheses = drop_duplicates(hypotheses)
-    oriented = orient(source, target, hypotheses, levels, options, control)
+    oriented = orient(
+        source, target, hypotheses, levels, options, control, may_be_glued=may_be_glued
+    )
     best, *others = oriented.hypotheses
     if options.objective != LINF:  # else enumeration has bounded the only level
         best = certify(best, oriented.levels, control)
