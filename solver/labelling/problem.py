@@ -174,6 +174,16 @@ class LabellingProblem:
         costs = self.unary, self.terms.costs, self.table
         return all(bool(each.min(initial=0.0) >= 0.0) for each in costs)
 
+    @cached_property
+    def scale(self) -> float:
+        """Upper bound of the magnitude of a single cost, γ apart: the unit of rounding errors."""
+        farthest = max(
+            self.source_distances.max(initial=0.0), self.target_distances.max(initial=0.0)
+        )
+        costs = self.unary, self.terms.costs, self.table, self.triples.costs
+        largest = max(max(each.max(initial=0.0), -each.min(initial=0.0)) for each in costs)
+        return float(max(largest, self.beta * farthest**2))
+
     @property
     def all_pairs_cost(self) -> bool:
         """Whether any two candidates may have a cost together, not only those of terms."""

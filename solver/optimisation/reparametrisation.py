@@ -1,15 +1,13 @@
 """Reparametrised costs for lower bounds."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
 from solver.labelling import NO_TRIPLES, LabellingProblem, TripleCosts
-
-ROUNDING = 1e-12
-"""Allowance for rounding errors of bounds and of costs that were moved, relative to them."""
+from solver.optimisation.rounding import allowance
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +29,8 @@ class ReparametrisedCosts:
         (N,) cost of leaving each source point unmatched, ``inf`` where that is forbidden.
     triples
         Third-order costs, never negative, so that bounds may leave them out.
+    scale
+        Of the problem's own costs, for the rounding errors of sums of these.
     """
 
     constant: float
@@ -38,13 +38,15 @@ class ReparametrisedCosts:
     pairwise: FloatArray
     occlusion: FloatArray
     triples: TripleCosts = NO_TRIPLES
+    scale: float = field(kw_only=True)
 
     @classmethod
     def of(cls, problem: LabellingProblem) -> "ReparametrisedCosts":
         """Return the problem's own costs."""
         occlusion = np.full(problem.n_sources, float(problem.occlusion_cost))
         pairwise = problem.pairwise_matrix()
-        return cls(0.0, problem.unary, pairwise, occlusion, problem.triples)
+        own = problem.unary, pairwise, occlusion, problem.triples
+        return cls(0.0, *own, scale=problem.scale)
 
     def promising(self, rows: IntArray, limit: float) -> IntArray:
         """Candidates that a correspondence below a limit may use.
@@ -64,8 +66,10 @@ class ReparametrisedCosts:
         -------
         (V',) ascending.
         """
-        rounding = ROUNDING * (1.0 + abs(limit))
-        if np.isinf(limit) or self.pairwise.min(initial=0.0) < -rounding:
+        if np.isinf(limit):
+            return np.arange(len(self.unary))
+        rounding = allowance(limit, self.scale)
+        if self.pairwise.min(initial=0.0) < -rounding:
             return np.arange(len(self.unary))
         least = _least_with_each(self.unary, self.pairwise, self.occlusion, rows)
         return np.flatnonzero(self.constant + least < limit - rounding)
@@ -73,8 +77,8 @@ class ReparametrisedCosts:
     def among(self, kept: IntArray) -> "ReparametrisedCosts":
         """Return the costs of some of the candidates."""
         pairwise = costs_among(self.pairwise, kept)
-        return ReparametrisedCosts(
-            self.constant, self.unary[kept], pairwise, self.occlusion, self.triples.among(kept)
+        return replace(
+            self, unary=self.unary[kept], pairwise=pairwise, triples=self.triples.among(kept)
         )
 
 

@@ -119,3 +119,16 @@ def with_triples(problem: LabellingProblem, seed: int, weight: float = 1.0) -> L
     tables = [weight * rng.random(sizes[list(triple)]) ** 3 for triple in points]
     chosen = np.array(points, dtype=np.int64).reshape(-1, 3)
     return replace(problem, triples=triple_costs(problem.first_candidate, chosen, tables))
+
+
+def scaled(problem: LabellingProblem, factor: float) -> LabellingProblem:
+    """The same problem with all costs times a factor."""
+    terms, third = problem.terms, problem.triples
+    return replace(
+        problem,
+        unary=factor * problem.unary,
+        beta=factor * problem.beta,
+        occlusion_cost=factor * problem.occlusion_cost,
+        terms=replace(terms, costs=factor * terms.costs),
+        triples=third._replace(costs=factor * third.costs),
+    )

@@ -49,7 +49,8 @@ def reduced_costs(
     pairwise = np.where(exclusive, np.inf, pairwise)
     np.fill_diagonal(pairwise, 0.0)
     constant += float(rows.sum() + columns.sum())
-    return ReparametrisedCosts(constant - _ROUNDING * abs(constant), unary, pairwise, occlusion)
+    constant -= _ROUNDING * abs(constant)
+    return ReparametrisedCosts(constant, unary, pairwise, occlusion, scale=problem.scale)
 
 
 def _potentials(

@@ -20,7 +20,7 @@ from solver.optimisation.exact.search_state import (
     add,
     minimum,
 )
-from solver.optimisation.reparametrisation import ROUNDING
+from solver.optimisation.rounding import allowance
 
 
 class DepthFirstSearch:
@@ -101,7 +101,7 @@ def _expand(s: Search, depth: int) -> None:
     s.cursor[depth, 0] = 0
     s.cursor[depth, 1] = 0
     worst = s.best.energies[len(s.best.energies) - 1]
-    limit = worst - ROUNDING * (1.0 + abs(worst)) if np.isfinite(worst) else np.inf
+    limit = worst - allowance(worst, s.scale) if np.isfinite(worst) else np.inf
     if depth == 0:
         for x in range(len(s.chosen)):
             least = minimum(s.levels[0], s.rows[x], s.rows[x + 1])

@@ -14,14 +14,15 @@ less than an iteration of a dual decomposition, but of the constraints of target
 only that no two source points share one.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED
-from solver.optimisation.reparametrisation import ROUNDING, ReparametrisedCosts, costs_among
+from solver.optimisation.reparametrisation import ReparametrisedCosts, costs_among
+from solver.optimisation.rounding import allowance
 
 _STALL = 2e-3
 """Least rise of the bound in a round, relative to its distance from the limit, to go on."""
@@ -149,9 +150,13 @@ class AscentState:
         )
         occlusion = np.full(len(self.messages), np.inf)
         occlusion[self.points[alone]] = unary[alone]
-        original = self.original
-        triples = original.triples.among(self.labels[matched])
-        return ReparametrisedCosts(original.constant, unary[matched], pairwise, occlusion, triples)
+        return replace(
+            self.original,
+            unary=unary[matched],
+            pairwise=pairwise,
+            occlusion=occlusion,
+            triples=self.original.triples.among(self.labels[matched]),
+        )
 
     def least_sum(self) -> float:
         """Sum of the least costs of all points, and the constant."""
@@ -166,7 +171,7 @@ class AscentState:
             return
         least = np.minimum.reduceat(self.unary, self.rows[:-1])[self.points]
         excess = self.unary - least
-        left = self.bound + excess < limit - ROUNDING * (1.0 + abs(limit))
+        left = self.bound + excess < limit - allowance(limit, self.original.scale)
         if left.sum() > _COMPACT * len(left) and left.any():
             return
         self.points, self.labels = self.points[left], self.labels[left]
@@ -183,7 +188,7 @@ def _finite_costs(pairwise: FloatArray, labels: IntArray, unary: float) -> Float
     if not matched.all():
         theta = np.zeros((len(labels), len(labels)))
         theta[np.ix_(matched, matched)] = pairwise
-    cap = 1.0 + 2.0 * (unary + _largest(theta) * len(theta))
+    cap = 2.0 * (unary + _largest(theta) * len(theta)) or 1.0
     finite: FloatArray = np.minimum(theta, cap)
     return finite
 

@@ -156,7 +156,7 @@ def within_distortion(
     pairwise = problem.pairwise_matrix()
     worst = problem.n_sources * float(problem.unary.max(initial=0.0))
     worst += problem.n_sources**2 * float(pairwise[np.isfinite(pairwise)].max(initial=0.0))
-    penalty = np.full(len(first), 1.0 + worst)
+    penalty = np.full(len(first), 2.0 * worst or 1.0)
     terms = PairwiseTerms(first.astype(np.int64), second.astype(np.int64), penalty)
     return replace(problem, terms=terms)
 

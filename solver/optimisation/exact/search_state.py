@@ -15,7 +15,8 @@ from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import TripleCosts
 from solver.optimisation.exact.incumbents import OPEN, Incumbents
-from solver.optimisation.reparametrisation import ROUNDING, ReparametrisedCosts
+from solver.optimisation.reparametrisation import ReparametrisedCosts
+from solver.optimisation.rounding import ROUNDING
 
 DEPTH, NODES, ENTERING, FINISHED = 0, 1, 2, 3
 """Positions of the counters; the last two are flags: the node is new, the search is exhausted."""
@@ -29,6 +30,7 @@ class Search(NamedTuple):
     own_pairwise: FloatArray  # (W, W)
     own_occlusion: FloatArray  # (N,)
     own_triples: TripleCosts
+    scale: float  # of these costs
     kept: IntArray  # (V,) those candidates that are searched
     triples: TripleCosts  # of the candidates that are searched, for lower bounds
     changes: FloatArray  # (V+N, V): what candidates' costs change by with each decision
@@ -84,6 +86,7 @@ def start_search(
         own_pairwise=own.pairwise,
         own_occlusion=own.occlusion,
         own_triples=own.triples,
+        scale=own.scale,
         kept=kept,
         triples=reparametrised.triples,
         changes=changes,

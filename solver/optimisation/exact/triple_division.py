@@ -13,7 +13,8 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.labelling import triple_costs
-from solver.optimisation.reparametrisation import ROUNDING, ReparametrisedCosts
+from solver.optimisation.reparametrisation import ReparametrisedCosts
+from solver.optimisation.rounding import allowance
 
 _PAIRS = ((0, 1), (0, 2), (1, 2))
 """Places of the points of a triple that its pairs have."""
@@ -37,7 +38,7 @@ def divide_triples(costs: ReparametrisedCosts) -> ReparametrisedCosts:
     Costs that add up to the same for every correspondence of all points.
     """
     triples = costs.triples
-    negative = costs.pairwise.min(initial=0.0) < -ROUNDING * (1.0 + abs(costs.constant))
+    negative = costs.pairwise.min(initial=0.0) < -allowance(costs.constant, costs.scale)
     if not len(triples.points) or np.isfinite(costs.occlusion).any() or negative:
         return costs
     pairwise, tables = costs.pairwise.copy(), []

@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
 from solver.labelling import UNMATCHED, LabellingProblem, PairwiseCosts, pairwise_cost
+from solver.optimisation.rounding import allowance
 
 _ENUMERATED = 14
 """Parts up to which all choices are enumerated, 2¹⁴; of more, single parts are improved in turn."""
@@ -43,7 +44,7 @@ def fuse(problem: LabellingProblem, first: IntArray, second: IntArray) -> IntArr
         problem.pairwise_costs, problem.unary, float(problem.occlusion_cost), chosen, parts, count
     )
     start = int(problem.energy(second) < problem.energy(first))
-    side = _choose(unary, pairwise, np.full(count, start))
+    side = _choose(unary, pairwise, np.full(count, start), problem.scale)
     takes_second = np.append(side, 0)[parts] == 1
     fused = np.where(takes_second, second, first)
     if not len(problem.triples.points):
@@ -99,10 +100,10 @@ def _costs_of_parts(
 
 
 @kernel
-def _choose(alone: FloatArray, together: FloatArray, side: IntArray) -> IntArray:
+def _choose(alone: FloatArray, together: FloatArray, side: IntArray, scale: float) -> IntArray:
     count = len(alone)
     if count > _ENUMERATED:
-        return _descend(alone, together, side)
+        return _descend(alone, together, side, scale)
     best, best_energy = side.copy(), np.inf
     # Gray code: one part changes from each choice to the next.
     side[:] = 0
@@ -136,12 +137,12 @@ def _change(alone: FloatArray, together: FloatArray, side: IntArray, p: int) -> 
 
 
 @kernel
-def _descend(alone: FloatArray, together: FloatArray, side: IntArray) -> IntArray:
+def _descend(alone: FloatArray, together: FloatArray, side: IntArray, scale: float) -> IntArray:
     improved = True
     while improved:
         improved = False
         for p in range(len(side)):
-            if _change(alone, together, side, p) < -1e-12 * (1.0 + abs(alone[p, side[p]])):
+            if _change(alone, together, side, p) < -allowance(alone[p, side[p]], scale):
                 side[p] = 1 - side[p]
                 improved = True
     return side

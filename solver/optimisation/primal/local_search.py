@@ -16,6 +16,7 @@ from solver.labelling import (
     replace_costs,
     replace_triple_costs,
 )
+from solver.optimisation.rounding import allowance
 
 _MAX_PASSES = 1000
 """Bound on the rounds of a local search over all source points."""
@@ -76,7 +77,7 @@ def maximum_matching(problem: LabellingProblem, costs: FloatArray) -> IntArray:
     """
     if not problem.must_match_all:
         # A further match saves more than all others may cost.
-        costs = costs - (1.0 + problem.n_sources * costs.max(initial=0.0))
+        costs = costs - ((1.0 + problem.n_sources) * costs.max(initial=0.0) or 1.0)
     return solve_lap(problem, costs)
 
 
@@ -128,12 +129,13 @@ def local_search(problem: LabellingProblem, partners: IntArray) -> IntArray:
     occlusion_cost = problem.occlusion_cost
     if problem.must_match_all:
         # Any complete correspondence is cheaper than this, so points are matched where possible.
-        occlusion_cost = 1.0 + 2.0 * _largest_sum(problem)
+        occlusion_cost = 2.0 * _largest_sum(problem) or 1.0
     _improve(
         problem.pairwise_costs,
         problem.triples,
         problem.unary,
         occlusion_cost,
+        problem.scale,
         chosen,
     )
     return partners_of(problem, chosen)
@@ -296,6 +298,7 @@ def _improve(
     triples: TripleCosts,
     unary: FloatArray,
     occlusion_cost: float,
+    scale: float,
     chosen: IntArray,
 ) -> None:
     n = len(chosen)
@@ -308,7 +311,7 @@ def _improve(
     for x in range(n):
         if start[x] >= 0:
             _switch(costs, triples, chosen, owner, marginal, x, start[x])
-    tolerance = 1e-12 * (1.0 + np.abs(marginal).max())
+    tolerance = allowance(np.abs(marginal).max(), scale)
     for _ in range(_MAX_PASSES):
         improved = False
         for x in range(n):

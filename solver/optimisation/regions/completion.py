@@ -1,5 +1,7 @@
 """Correspondences of a region by the costs of its dual ascent: exact search, and assignment."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from solver.arrays import IntArray
@@ -74,7 +76,7 @@ def _costs(
     )
     occlusion = np.full(problem.n_sources, np.inf)
     occlusion[points[alone]] = unary[alone]
-    return ReparametrisedCosts(0.0, unary[matched], pairwise, occlusion)
+    return replace(own, unary=unary[matched], pairwise=pairwise, occlusion=occlusion)
 
 
 def assign_labels(problem: LabellingProblem, region: Region) -> IntArray:
@@ -98,7 +100,7 @@ def assign_labels(problem: LabellingProblem, region: Region) -> IntArray:
     """
     matched = region.labels != UNMATCHED
     unary = region.unary(problem)[matched]
-    outside = 1.0 + 2.0 * float(np.abs(unary).sum())
+    outside = 2.0 * float(np.abs(unary).sum()) or 1.0
     costs = np.full(problem.n_candidates, outside)
     costs[region.labels[matched]] = unary
     return solve_lap(problem, costs)

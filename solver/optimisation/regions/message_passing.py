@@ -45,7 +45,7 @@ class MetricCosts(NamedTuple):
             Energy that is reached where a target point is used twice, not negative.
         """
         target = problem.target_distances.copy()
-        np.fill_diagonal(target, -np.sqrt(2.0 * (1.0 + limit) / problem.beta))
+        np.fill_diagonal(target, -np.sqrt(2.0 * (limit + problem.scale) / problem.beta))
         return cls(np.ascontiguousarray(problem.source_distances), target, problem.beta)
 
 

@@ -8,7 +8,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.regions.message_passing import MetricCosts, divide_costs, label_bounds
-from solver.optimisation.reparametrisation import ROUNDING
+from solver.optimisation.rounding import ROUNDING
 
 _ROUNDS = 40
 """Greatest number of rounds of a dual ascent."""
@@ -16,11 +16,6 @@ _STALL = 0.1
 """Least rise of the bound in a round, relative to its distance from the limit, to go on."""
 _FEW = 0.03
 """Share of the labels that a round drops, up to which it counts as stalled."""
-
-
-def least_of_interest(energy: float) -> float:
-    """Bound at and above which nothing is better than a correspondence of this energy."""
-    return energy - ROUNDING * (1.0 + abs(energy))
 
 
 @dataclass(frozen=True, eq=False)

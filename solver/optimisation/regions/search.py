@@ -16,7 +16,8 @@ from solver.optimisation.primal import Incumbent, local_search
 from solver.optimisation.regions.branching import divide_region
 from solver.optimisation.regions.completion import assign_labels, search_region
 from solver.optimisation.regions.message_passing import MetricCosts
-from solver.optimisation.regions.region import Region, ascend, least_of_interest, whole_region
+from solver.optimisation.regions.region import Region, ascend, whole_region
+from solver.optimisation.rounding import allowance
 
 _SEARCH_LABELS = 400
 """Labels up to which a region is searched depth first."""
@@ -42,6 +43,8 @@ class RegionSearchState:
     ----------
     incumbent
         The best correspondence known.
+    scale
+        Of the problem's costs.
     open
         Disjoint regions that contain every better one.
     regions
@@ -55,6 +58,7 @@ class RegionSearchState:
     """
 
     incumbent: Incumbent
+    scale: float
     open: list[Region]
     regions: int = 0
     work: float = 0.0
@@ -69,7 +73,7 @@ class RegionSearchState:
     @property
     def limit(self) -> float:
         """Bound at and above which a region is of no interest."""
-        return least_of_interest(self.incumbent.energy)
+        return self.incumbent.energy - allowance(self.incumbent.energy, self.scale)
 
 
 class RegionSearch:
@@ -99,7 +103,7 @@ class RegionSearch:
         found = [Incumbent.of(problem, local_search(problem, start)) for start in self._starts]
         best = min(found, key=lambda one: one.energy)
         self._costs = MetricCosts.of(problem, best.energy)
-        return RegionSearchState(best, [whole_region(problem)])
+        return RegionSearchState(best, problem.scale, [whole_region(problem)])
 
     def step(self, state: RegionSearchState) -> RegionSearchState:
         """Bound, search or divide the region of least bound."""

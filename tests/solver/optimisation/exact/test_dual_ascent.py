@@ -127,5 +127,6 @@ def test_trees_are_bounded_exactly() -> None:
         own = unary[x * k : (x + 1) * k] + ahead
         ahead = (pairwise[(x - 1) * k : x * k, x * k : (x + 1) * k] + own).min(axis=1)
     optimum = float((unary[:k] + ahead).min())
-    ascent = DualAscent(ReparametrisedCosts(0.0, unary, pairwise, np.full(n, np.inf)), rows)
+    costs = ReparametrisedCosts(0.0, unary, pairwise, np.full(n, np.inf), scale=1.0)
+    ascent = DualAscent(costs, rows)
     assert iterate(ascent, 100, Control()).state.bound == pytest.approx(optimum, abs=1e-6)
