@@ -15,6 +15,7 @@ from solver.labelling import (
 )
 from solver.matching.third_order import ThirdOrderTerm
 from solver.shape.choices import DescriptorChoice, MetricChoice
+from solver.shape.descriptors import descriptor_deviation
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +80,9 @@ class Level:
         Distances are divided by the root mean square of both shapes' distances between source
         samples and between as many target samples, and a pair weighs 2/(N − 1), so that the sum
         over pairs grows like the sum over points. Descriptors of as many samples are divided by
-        their root mean square deviation from their mean. Both shapes share the divisors, so that
-        no difference of scale is lost; more target samples do not change them.
+        their root mean square deviation from their mean; if they are constant, there is no
+        first-order term. Both shapes share the divisors, so that no difference of scale is lost;
+        more target samples do not change them.
 
         Parameters
         ----------
@@ -139,7 +141,9 @@ class Level:
         if source is None or target is None or self.first_order_weight == 0.0:
             return np.zeros(len(candidates))
         both = np.concatenate([source, target[: len(source)]])
-        unit = float(np.sqrt(((both - both.mean(axis=0)) ** 2).sum(axis=1).mean())) or 1.0
+        unit = descriptor_deviation(both)
+        if unit == 0.0:
+            return np.zeros(len(candidates))
         x, y = candidates.T
         distance: FloatArray = np.linalg.norm(source[x] - target[y], axis=1)
         return self.first_order_weight * distance / unit

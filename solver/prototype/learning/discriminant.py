@@ -4,6 +4,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from solver.arrays import FloatArray
+from solver.shape.descriptors import descriptor_deviation
 
 _WITHIN_RIDGE = 0.02
 """Share of the mean variance within points that is added to it along every axis. Chosen on
@@ -31,14 +32,14 @@ def discriminant_axes(samples: FloatArray, most: int) -> FloatArray:
     Returns
     -------
     (m, r) float64; along each axis the mean variance of a point is 1, or less where there are few
-    examples. r is 0 if all descriptors are equal.
+    examples. r is 0 if the descriptors are constant.
     """
     means = samples.mean(axis=1)
     about = samples - means[:, None, :]
     size = samples.shape[0] * samples.shape[1]
     within = np.einsum("nsi,nsj->ij", about, about) / size
     between = np.cov(means.T, bias=True).reshape(within.shape)
-    if not np.trace(within + between) > 0.0:
+    if descriptor_deviation(np.ascontiguousarray(samples.reshape(size, -1))) == 0.0:
         return np.zeros((samples.shape[2], 0))
     m = len(within)
     ridge = _WITHIN_RIDGE * np.trace(within) / m + 1e-9 * np.trace(within + between) / m

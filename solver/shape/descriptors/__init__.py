@@ -5,6 +5,7 @@ root mean square over components. On a surface of unit area all are without unit
 """
 
 from solver.shape.descriptors.conformal_factor import conformal_factor
+from solver.shape.descriptors.deviation import descriptor_deviation
 from solver.shape.descriptors.eigenfunctions import (
     aligned_eigenfunctions,
     eigenfunction_groups,
@@ -30,6 +31,7 @@ __all__ = [
     "angle_defects",
     "annulus_areas",
     "conformal_factor",
+    "descriptor_deviation",
     "disc_weights",
     "eigenfunction_groups",
     "eigenfunction_magnitudes",

@@ -7,6 +7,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
+from solver.shape.descriptors import descriptor_deviation
 
 
 class Search(NamedTuple):
@@ -80,8 +81,11 @@ def load_problem(
     _sort(s.source, s.source_order)
     _sort(s.target, s.target_order)
     s.decided[0] = 0.0
+    deviation = 0.0
     if first_order_weight > 0.0 and m > 0:
-        scale = first_order_weight / (n * _deviation(first, second))
+        deviation = descriptor_deviation(np.concatenate((first, second)))
+    if deviation > 0.0:
+        scale = first_order_weight / (n * deviation)
         for x in range(n):
             for y in range(n):
                 square = 0.0
@@ -90,20 +94,6 @@ def load_problem(
                     square += difference * difference
                 s.costs[0, x, y] = scale * math.sqrt(square)
     return 1.0 if minimax or total == 0.0 else 4.0 / total
-
-
-@kernel
-def _deviation(first: FloatArray, second: FloatArray) -> float:
-    """Root mean square deviation of descriptors from their mean on both shapes; 1 if all agree."""
-    n, m = first.shape
-    total = 0.0
-    for c in range(m):
-        mean = 0.0
-        for x in range(n):
-            mean += (first[x, c] + second[x, c]) / (2 * n)
-        for x in range(n):
-            total += (first[x, c] - mean) ** 2 + (second[x, c] - mean) ** 2
-    return math.sqrt(total / (2 * n)) if total > 0.0 else 1.0
 
 
 @kernel

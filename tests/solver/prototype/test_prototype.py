@@ -198,6 +198,8 @@ def test_discriminant_axes_separate_points_despite_class_variation() -> None:
     axes = discriminant_axes(samples, 1)
     assert abs(axes[1, 0]) > 20.0 * np.abs(axes[[0, 2], 0]).max()
     assert discriminant_axes(np.ones((4, 3, 2)), 2).shape == (2, 0)
+    noise = rng.choice([-1e-16, 0.0, 1e-16], (12, 6, 3))
+    assert discriminant_axes(0.3 + noise, 4).shape == (3, 0)
 
 
 def test_a_prototype_finds_its_own_points_on_an_example() -> None:

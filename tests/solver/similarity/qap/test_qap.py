@@ -70,6 +70,20 @@ def test_it_is_the_best_of_all_bijections(n: int, weight: float) -> None:
             assert every[where] == pytest.approx(every.min(), abs=1e-12)
 
 
+def test_constant_descriptors_cost_nothing() -> None:
+    """Rounding noise is not divided by itself, neither here nor in a match."""
+    random = np.random.default_rng(0)
+    distances = np.stack([_metric(random, 6)] * 2)[:, None]
+    descriptors = 0.3 + random.choice([-1e-16, 0.0, 1e-16], (2, 1, 6, 2))
+    assert np.ptp(descriptors) > 0.0
+    assert _solve(distances, descriptors, 1.0, False)[0] == 0.0
+    ours, theirs = (
+        SampledStructure(np.arange(6), distances[k, 0], descriptors[k, 0]) for k in range(2)
+    )
+    level = Level(0, Geodesic(), HeatKernelSignature(), ours, theirs, 1.0, 0.05, np.inf)
+    assert not level.problem(level.all_candidates()).unary.any()
+
+
 @pytest.mark.parametrize("n", [8, MAX_POINTS])
 def test_it_agrees_with_the_solvers_of_a_match(n: int) -> None:
     for seed in range(4):
