@@ -35,21 +35,17 @@ def add_target_samples(source: Shape, target: Shape, level: Level, images: IntAr
 
     Returns
     -------
-    The level with its target samples followed by the images that are not among them. Distances
-    between the two are those from the images.
+    The level with its target samples followed by the images that are not among them.
     """
     known = level.target.vertices
     added = np.setdiff1d(images, known)
     vertices = np.concatenate([known, added])
     if isinstance(level.metric, Varadhan):
         assert level.metric.time is not None
-        rows = varadhan_distances(target.spectrum(), vertices, level.metric.time)[len(known) :]
+        distances = varadhan_distances(target.spectrum(), vertices, level.metric.time)
     else:
-        rows = target.metric(level.metric).distances(added)[:, vertices]
-    among_added = rows[:, len(known) :]
-    among_added[:] = np.minimum(among_added, among_added.T)
-    to_known = rows[:, : len(known)]
-    distances = np.block([[level.target.distances, to_known.T], [to_known, among_added]])
+        distances = target.metric(level.metric).between(vertices)
+    distances[: len(known), : len(known)] = level.target.distances
     ours, theirs = level.source, SampledStructure(vertices, distances, None)
     if ours.descriptors is not None:
         both = ours.vertices, vertices

@@ -9,9 +9,10 @@ from solver.errors import MeshError
 from solver.shape.geodesics import Geodesics
 from solver.shape.laplacian import Spectrum
 
-_CACHED_BYTES = 64 * 1024**2
-"""Size of the cache of a shape's geodesic distances: rows of 1600 sources at 5,000 vertices, of 40
-at 200,000."""
+_CACHED_BYTES = 256 * 1024**2
+"""Size of the cache of a shape's geodesic distances: rows of 6,700 sources at 5,000 vertices, of
+167 at 200,000. So many hold the target samples of a match, whose rows are needed again for the
+distances to points that are chosen later."""
 
 _CONNECTED = 1e-9
 """Second eigenvalue, times the area, above which a shape is connected."""

@@ -86,7 +86,8 @@ def farthest_point_sampling(
     -------
     FarthestPointSampling
         Ties go to the smallest vertex index. O(n V) time besides n rows of the metric, of which
-        one is in memory at a time.
+        one is in memory at a time. Rows that a :class:`.GeodesicMetric` no longer has in its cache
+        are computed twice.
 
     Raises
     ------
@@ -121,8 +122,9 @@ def farthest_point_sampling(
         indices[i], radii[i] = vertex, radius
         distances[i, :i] = distances[:i, i] = row[indices[:i]]
     if embedded is not None:
-        radii, distances = np.sqrt(radii), np.sqrt(distances)
-    return FarthestPointSampling(indices, radii, distances)
+        return FarthestPointSampling(indices, np.sqrt(radii), np.sqrt(distances))
+    # Of two directions that differ, the metric decides, so that the order does not matter.
+    return FarthestPointSampling(indices, radii, metric.between(indices))
 
 
 def farthest_first(

@@ -61,8 +61,7 @@ def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
     assert found is not None
     wider = add_target_samples(blob, blob, mixed, images)
     np.testing.assert_array_equal(wider.target.vertices[found.partners], images)
-    # Distances from the images to known samples are measured in one direction only.
-    assert found.energy == pytest.approx(0.0, abs=1e-4)
+    assert found.energy == pytest.approx(0.0, abs=1e-12)
 
 
 def test_points_stay_within_reach_of_their_images(blob: Shape, level: Level) -> None:

@@ -12,6 +12,7 @@ from solver.shape import (
     CommuteTimeMetric,
     GeodesicMetric,
     Metric,
+    Shape,
     euclidean_farthest_points,
     farthest_point_sampling,
 )
@@ -53,6 +54,22 @@ def test_progressive() -> None:
     np.testing.assert_array_equal(first.distances, short.distances)
     with pytest.raises(ValueError, match="40 samples"):
         long.first(41)
+
+
+@pytest.mark.parametrize("method", ["fast_marching", "heat"])
+def test_distances_do_not_depend_on_the_order_of_the_samples(method: str) -> None:
+    """The directions between two vertices differ by the error of the method."""
+    shape = Shape(shapes.blob(), geodesic_method=method)
+    samples = shape.sampling("geodesic", 8)
+    metric, backwards = shape.metric("geodesic"), samples.indices[::-1]
+    again = Shape(shapes.blob(), geodesic_method=method).sampling(
+        "geodesic", 8, tuple(backwards.tolist())
+    )
+    np.testing.assert_array_equal(again.indices, backwards)
+    np.testing.assert_array_equal(again.distances[::-1, ::-1], samples.distances)
+    one_way = metric.distances(samples.indices)[:, samples.indices]
+    assert (one_way != one_way.T).any()
+    np.testing.assert_array_equal(samples.distances, np.minimum(one_way, one_way.T))
 
 
 def test_within_twice_the_best_covering() -> None:
