@@ -136,7 +136,8 @@ class MatchOptions(StrictModel):
             " distortion of a distance (section 2), half of which bounds the Gromov-"
             'Hausdorff distance of the matched samples from above. "linf" uses one level'
             " of at most 32 points and matches all of them. Among its optima it returns"
-            " those of least energy (5). Twelve points are proven in a second."
+            " those of least energy (5); a warning says if the search for them was not"
+            " exhaustive. Twelve points are proven in a second."
         ),
     )
     third_order: Annotated[float, Topic("Solver")] = Field(

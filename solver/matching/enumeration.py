@@ -16,6 +16,9 @@ _FURTHER_NODES = 200_000
 """Search nodes of further solutions, which need not be proven the best: a fraction of a second.
 Featureless shapes such as spheres have very many that are nearly as good."""
 
+_OPTIMA_LEFT = (
+    "the optimum of least energy among those of the minimax distortion could not be proven in time"
+)
 _UNPROVEN = "the coarse level's optimum could not be proven in time"
 
 
@@ -35,7 +38,7 @@ def enumerate_hypotheses(
 
     Returns
     -------
-    At least one hypothesis, of one level, by their energy; and warnings.
+    At least one hypothesis, of one level, by their energy or greatest distortion; and warnings.
 
     Raises
     ------
@@ -71,11 +74,10 @@ def _enumerate_by_energy(
 def _enumerate_minimax(
     problem: LabellingProblem, level: Level, options: MatchOptions, control: Control
 ) -> tuple[Iterable[Solution[IntArray]], tuple[str, ...]]:
-    """Correspondences of least dis∞ (section 2), by their energy (5)."""
+    """Correspondences of least dis∞ (section 2); those of equal dis∞ by their energy (5)."""
     source, target = level.source.distances, level.target.distances
     seconds = options.proof_work
     least = minimax_correspondence(source, target, seconds=seconds, control=control)
-    warnings = () if least.certified else ("the minimax distortion could not be proven in time",)
     found = m_best_solutions(
         within_distortion(problem, source, target, least.value),
         options.alternatives,
@@ -85,11 +87,15 @@ def _enumerate_minimax(
     )
     distortions = [level.distortion(partners).linf for partners in found.partners]
     solutions = [
-        Solution(partners, distortion, least.lower_bound, least.iterations, Method.MINIMAX)
+        replace(least, answer=partners, value=distortion)
         for partners, distortion in zip(found.partners, distortions, strict=True)
         if distortion <= least.value
     ]
-    return solutions, warnings
+    # Those of less energy may still distort less than the best one known, if that is not proven.
+    solutions.sort(key=lambda one: one.value)
+    if not least.certified:
+        return solutions, ("the minimax distortion could not be proven in time",)
+    return solutions, () if found.proven else (_OPTIMA_LEFT,)
 
 
 def further_solutions(

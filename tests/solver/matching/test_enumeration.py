@@ -3,19 +3,23 @@
 import numpy as np
 import pytest
 
-from solver.control import Control
+from solver.control import Control, Status
 from solver.matching import (
     Hypothesis,
     Level,
     MatchOptions,
+    SampledStructure,
     build_level,
     enumerate_hypotheses,
+    enumeration,
     hypothesis_from_map,
     refine_hypotheses,
     report_match,
 )
 from solver.shape import Shape
+from solver.shape.choices import Geodesic, NoDescriptor
 from tests.solver import shapes
+from tests.solver.problems import distances_of
 
 OPTIONS = MatchOptions(points=12, coarse_points=6, first_order_weight=0.5).settled(1.0)
 
@@ -39,6 +43,37 @@ def test_a_search_that_is_cut_short_has_a_bound() -> None:
     for one in cut:
         assert 0.0 < one.levels[0].solution.lower_bound <= optimum.energy <= one.energy
         assert not one.levels[0].solution.certified
+
+
+def minimax_level(n: int) -> Level:
+    """Random points, so that correspondences of little energy distort some distance most."""
+    random = np.random.default_rng(0)
+    metrics = (distances_of(random.normal(size=(n, 3))) for _ in range(2))
+    ours, theirs = (SampledStructure(np.arange(n), metric, None) for metric in metrics)
+    return Level(0, Geodesic(), NoDescriptor(), ours, theirs, 1.0, 0.0, np.inf)
+
+
+def test_an_unproven_distortion_is_the_least_of_those_found() -> None:
+    level = minimax_level(10)
+    options = MatchOptions(points=10, objective="linf", proof_work=1e-6).settled(1.0)
+    found, warnings = enumerate_hypotheses(level, options, Control())
+    assert len(warnings) == 1
+    distortions = [level.distortion(one.partners).linf for one in found]
+    assert distortions == [one.energy for one in found] == sorted(distortions)
+    assert len(set(distortions)) > 1
+    for one in found:
+        assert not one.levels[0].solution.certified
+        assert one.levels[0].solution.status is Status.ITERATIONS
+
+
+def test_optima_of_less_energy_are_said_to_be_possible(monkeypatch: pytest.MonkeyPatch) -> None:
+    level = minimax_level(8)
+    options = MatchOptions(points=8, objective="linf").settled(1.0)
+    assert not enumerate_hypotheses(level, options, Control())[1]
+    monkeypatch.setattr(enumeration, "_FURTHER_NODES", 0)
+    found, warnings = enumerate_hypotheses(level, options, Control())
+    assert found[0].levels[0].solution.certified
+    assert "least energy" in warnings[0]
 
 
 @pytest.mark.parametrize("begun_at_a_map", [False, True])
