@@ -4,12 +4,16 @@ Maps of three shapes are *cycle consistent* if the map from X to Z is that from 
 that from Y to Z. Maps of a collection that are all right are; of those that are not, one is wrong.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+
+_Key = TypeVar("_Key", bound=Hashable)
 
 Pair = tuple[int, int]
 """Places of two different shapes, the source first."""
@@ -81,13 +85,22 @@ class CycleErrors:
     def of_pair(self, pair: Pair) -> float | None:
         """Median over the third shapes; None if there is none by which both maps are known."""
         i, j = sorted(pair)
-        found = [error for (a, b, _), error in self.triples.items() if (a, b) == (i, j)]
+        found = self._of_pairs.get((i, j))
         return float(np.median(found)) if found else None
 
     def of_shape(self, place: int) -> float | None:
         """Mean over the triples that a shape is in; None if there is none."""
-        found = [error for triple, error in self.triples.items() if place in triple]
+        found = self._of_shapes.get(place)
         return float(np.mean(found)) if found else None
+
+    @cached_property
+    def _of_pairs(self) -> Mapping[Pair, Sequence[float]]:
+        return _grouped(((i, j), error) for (i, j, _), error in self.triples.items())
+
+    @cached_property
+    def _of_shapes(self) -> Mapping[int, Sequence[float]]:
+        items = self.triples.items()
+        return _grouped((place, error) for triple, error in items for place in triple)
 
     @property
     def mean(self) -> float | None:
@@ -113,6 +126,14 @@ def cycle_errors(maps: CollectionMaps, samples: Sequence[IntArray]) -> CycleErro
                 around = maps.along((i, k, j), samples[i])
                 triples[i, j, k] = apart(maps.positions[j], direct, around)
     return CycleErrors(triples)
+
+
+def _grouped(items: Iterable[tuple[_Key, float]]) -> Mapping[_Key, Sequence[float]]:
+    """Group values by their keys, in order."""
+    groups: dict[_Key, list[float]] = {}
+    for key, value in items:
+        groups.setdefault(key, []).append(value)
+    return groups
 
 
 def apart(positions: FloatArray, images: IntArray, others: IntArray) -> float:

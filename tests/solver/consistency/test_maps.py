@@ -1,10 +1,13 @@
 """Cycle errors of maps whose compositions are known."""
 
+from collections.abc import ItemsView
+from itertools import combinations
+
 import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
-from solver.consistency import CollectionMaps, cycle_errors
+from solver.consistency import CollectionMaps, CycleErrors, cycle_errors
 
 POINTS, SHAPES = 60, 4
 RNG = np.random.default_rng(5)
@@ -64,3 +67,34 @@ def test_pairs_that_are_not_known_are_left_out() -> None:
     assert set(errors.triples) == {(1, 2, 3), (1, 3, 2), (2, 3, 1)}
     assert errors.of_pair((0, 1)) is None
     assert errors.of_shape(0) is None
+
+
+class Counted(dict[tuple[int, int, int], float]):
+    """Cycle errors that count how often all of them are read."""
+
+    scans = 0
+
+    def items(self) -> ItemsView[tuple[int, int, int], float]:  # type: ignore[override]
+        self.scans += 1
+        return super().items()
+
+
+def test_errors_of_many_pairs_and_shapes_are_grouped_once() -> None:
+    """There are N³/2 of them: a scan for each pair would take O(N⁵)."""
+    count = 8
+    triples = Counted(
+        ((i, j, k), float(RNG.random()))
+        for i, j in combinations(range(count), 2)
+        for k in range(count)
+        if k not in (i, j)
+    )
+    errors = CycleErrors(triples)
+    for i, j in combinations(range(count), 2):
+        by_third = [error for key, error in sorted(triples.items()) if key[:2] == (i, j)]
+        triples.scans -= 1
+        assert errors.of_pair((j, i)) == np.median(by_third)
+    for place in range(count):
+        own = [error for key, error in sorted(triples.items()) if place in key]
+        triples.scans -= 1
+        assert errors.of_shape(place) == pytest.approx(np.mean(own))
+    assert triples.scans <= 2
