@@ -111,8 +111,11 @@ def all_chosen(
     Raises
     ------
     OptionError
-        There is none, or there is no such structure.
+        There is none, there is no such structure, or a single one is not in a sequence.
     """
+    if isinstance(given, str | Structure):
+        name = given if isinstance(given, str) else given.name
+        raise OptionError(field, f"{name!r} is not in a list: give one structure for each level")
     if not given:
         raise OptionError(field, "at least one is needed")
     return tuple(chosen(one, known, f"{field}.{place}") for place, one in enumerate(given))

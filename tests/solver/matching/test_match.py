@@ -11,7 +11,7 @@ from solver.labelling import Method
 from solver.matching import Match, MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
-from solver.shape.choices import Diffusion
+from solver.shape.choices import CommuteTime, Diffusion
 from synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
 from tests.solver import shapes
 
@@ -262,6 +262,8 @@ def test_bounds_of_more_points_than_can_be_proven(
         ("metric.0", ("euclidean",)),
         ("metric.1", ("geodesic", 3)),
         ("metric", ()),
+        ("metric", CommuteTime()),
+        ("descriptor", "none"),
         ("descriptor.0", ("shot",)),
         ("occlusion_cost", 0.0),
         ("time_limit", -1.0),
