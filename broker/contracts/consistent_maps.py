@@ -51,7 +51,8 @@ class CollectionPair(BaseModel):
     cycle_error: FiniteFloat | None = Field(description="The same by the maps of the result.")
     through: tuple[str, ...] = Field(
         description="Ids of the shapes through which the map was found, in order from source to"
-        " target; empty if the pairwise map was kept."
+        " target; empty if the pairwise map was kept. A map between two of them may itself have"
+        " been found through other shapes before."
     )
     fits: bool = Field(
         description="Whether there is a map that is probably right and agrees with the others."

@@ -46,7 +46,9 @@ class ImprovedMap:
     Parameters
     ----------
     path
-        Places of the shapes it went through, source and target included.
+        Places of the shapes whose maps were composed, source and target included. Maps of the
+        second round may be compositions of the first one; shapes that these went through are not
+        among them.
     dense
         The map of all vertices, and its inverse.
     confidence

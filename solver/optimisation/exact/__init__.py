@@ -1,4 +1,4 @@
-"""Exact search: branch and bound of the energy (5), and the minimax of section 6.2."""
+"""Exact search: branch and bound of the energy (5), and the minimax of section 2."""
 
 from solver.optimisation.exact.branch_and_bound import FEW_POINTS, Enumeration, m_best_solutions
 from solver.optimisation.exact.dual_ascent import AscentState, DualAscent
