@@ -13,21 +13,30 @@ _PALEST = 0.35
 _POINT_VALUE = 0.84
 """Value of the colours of points in HSV, as on the page (service/page/static/colors.js)."""
 
+_THINNEST = 1e-6
+"""Least extent that counts, as a share of the other: rounding errors have no direction."""
+
 
 def point_colors(places: FloatArray) -> FloatArray:
     """(K, 3) hue by direction from the middle, paler near it: neighbours have similar colours.
+
+    Offsets are in units of half the extents, so that all hues are used on a tall or broad shape.
 
     Parameters
     ----------
     places
         (K, 2) or (K, 3), to the right and up; the depth does not count.
     """
-    offsets = places[:, :2] - 0.5 * (
-        places[:, :2].min(axis=0, initial=np.inf) + places[:, :2].max(axis=0, initial=-np.inf)
-    )
+    if not len(places):
+        return np.zeros((0, 3))
+    flat = places[:, :2]
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    half = 0.5 * (high - low)
+    half = np.maximum(half, max(_THINNEST * float(half.max()), 1e-300))
+    offsets = (flat - 0.5 * (low + high)) / half
     hue = (np.arctan2(offsets[:, 1], offsets[:, 0]) / (2.0 * np.pi)) % 1.0
     reach = np.linalg.norm(offsets, axis=1)
-    saturation = 0.55 + 0.40 * reach / max(float(reach.max(initial=0.0)), 1e-300)
+    saturation = 0.55 + 0.40 * reach / max(float(reach.max()), 1e-300)
     value = np.full_like(hue, _POINT_VALUE)
     return np.asarray(hsv_to_rgb(np.stack([hue, saturation, value], axis=1)))
 

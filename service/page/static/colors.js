@@ -7,21 +7,27 @@ const PALE = 0.5;
 const LIGHT = 235;
 /** Rounds of smoothing of the borders between the colours of points. */
 const ROUNDS = 24;
+/** Least extent of points that counts, as a share of the other: rounding errors have no direction. */
+const THINNEST = 1e-6;
 /** Grey level of vertices that a dense map leaves out. */
 const UNMAPPED = 200;
 
 /**
  * Colours of points: hue by direction from the middle, paler near it, so that neighbours are similar.
+ * Offsets are in units of half the extents, so that all hues are used on a tall or broad shape.
  * @param {Array<Array<number>>} points in the coordinates of the view
  * @returns {Array<Array<number>>} red, green and blue, 0..255
  */
 export function pointColors(points) {
   if (points.length === 0) return [];
-  const middle = [0, 1].map((k) => {
+  const ranges = [0, 1].map((k) => {
     const values = points.map((point) => point[k]);
-    return 0.5 * (Math.min(...values) + Math.max(...values));
+    return [Math.min(...values), Math.max(...values)];
   });
-  const offsets = points.map((point) => [point[0] - middle[0], point[1] - middle[1]]);
+  const middle = ranges.map(([low, high]) => 0.5 * (low + high));
+  const half = ranges.map(([low, high]) => 0.5 * (high - low));
+  const least = Math.max(THINNEST * Math.max(...half), Number.MIN_VALUE);
+  const offsets = points.map((point) => [0, 1].map((k) => (point[k] - middle[k]) / Math.max(half[k], least)));
   const reach = offsets.map(([x, y]) => Math.hypot(x, y));
   const most = Math.max(...reach) || 1;
   return offsets.map(([x, y], i) =>

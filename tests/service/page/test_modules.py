@@ -166,9 +166,10 @@ def test_confidence_has_three_colours(page: Page, probability: float, badge: str
 
 
 def test_points_have_the_colours_of_pictures(page: Page) -> None:
-    points = np.random.default_rng(9).normal(size=(40, 3))
-    found = call(page, "colors", "return m.pointColors(given)", points.tolist())
-    np.testing.assert_allclose(found, 255.0 * point_colors(points), atol=0.5 + 1e-6)
+    tall = np.random.default_rng(9).normal(size=(40, 3)) * [0.3, 1.0, 2.0]
+    for points in (tall, tall * [1.0, 0.0, 1.0], tall[:1]):
+        found = call(page, "colors", "return m.pointColors(given)", points.tolist())
+        np.testing.assert_allclose(found, 255.0 * point_colors(points), atol=0.5 + 1e-6)
 
 
 def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:

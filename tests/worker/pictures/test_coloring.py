@@ -1,13 +1,17 @@
 """Colours that are transferred by a dense correspondence."""
 
+import itertools
+
 import numpy as np
 import pytest
+from matplotlib.colors import rgb_to_hsv
 
 from broker.contracts import InverseCorrespondence
 from solver.mesh import triangle_mesh
+from synthetic import Pose, human
 from tests.solver import shapes
 from worker.pictures import colors_by_place
-from worker.pictures.coloring import transferred_colors
+from worker.pictures.coloring import point_colors, transferred_colors
 
 MESH = shapes.blob(2)
 COLORS = colors_by_place(MESH.vertices)
@@ -20,6 +24,44 @@ def at_vertices(target: list[int], source: list[int]) -> InverseCorrespondence:
         faces=tuple((one, one, one) for one in source),
         barycentric=((1.0, 0.0, 0.0),) * len(source),
     )
+
+
+def test_hands_feet_and_head_have_different_hues() -> None:
+    """Of a tall body with raised arms; matched points are at its ends and all over it."""
+    raised = Pose(
+        (
+            ("left_collar", (0.0, 0.0, 22.0)),
+            ("left_shoulder", (0.0, 0.0, 72.0)),
+            ("right_collar", (0.0, 0.0, -22.0)),
+            ("right_shoulder", (0.0, 0.0, -72.0)),
+        )
+    )
+    body = human(raised, resolution=400)
+    x, y = body.rest[:, 0], body.rest[:, 1]
+    hands, feet = [np.argmin(x), np.argmax(x)], [np.argmin(y + x), np.argmin(y - x)]
+    ends = np.array([*hands, *feet, np.argmax(y)])
+    assert np.ptp(body.vertices[:, 1]) > 1.8 * np.ptp(body.vertices[:, 0])
+    hues = 360.0 * rgb_to_hsv(point_colors(body.vertices))[ends, 0]
+    for one, other in itertools.combinations(hues, 2):
+        assert 30.0 < abs(one - other) < 330.0
+    left, right = hues[:2]
+    assert 60.0 < abs(left - right) < 300.0
+
+
+def test_colours_of_points_do_not_depend_on_the_size_of_a_shape() -> None:
+    colors = point_colors(MESH.vertices)
+    stretched = MESH.vertices * [0.01, 3.0, 1.0] - [5.0, 0.0, 1.0]
+    np.testing.assert_allclose(point_colors(stretched), colors, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [0, 1, 4])
+def test_points_on_a_line_have_colours(count: int) -> None:
+    """Rounding errors across the line are no direction."""
+    places = np.zeros((count, 3))
+    places[:, 1] = np.arange(count)
+    noise = 1e-12 * np.random.default_rng(1).normal(size=(count, 3))
+    assert np.isfinite(point_colors(places)).all()
+    np.testing.assert_allclose(point_colors(places + noise), point_colors(places), atol=1e-3)
 
 
 def test_places_have_colours_of_their_own_that_are_pale() -> None:
