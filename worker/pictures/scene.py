@@ -9,7 +9,7 @@ from broker.contracts import View as Side
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh
 from solver.prototype import Prototype
-from worker.pictures.coloring import colors_by_place, transferred_colors
+from worker.pictures.coloring import UNMAPPED, surface_colors, transferred_colors
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.view import source_view, target_view
 
@@ -48,8 +48,9 @@ def match_scenes(
 ) -> tuple[Scene, Scene]:
     """Return both shapes of a match, scaled to unit area and with matched points aligned.
 
-    Colours show a map of all vertices: they are by position on the source, and those of its points
-    on the target. Vertices without a partner are white on either.
+    Colours show a map of all vertices: places on the source have the colours of matched points
+    there, and those on the target have the colours of their points on the source. Vertices without
+    a partner are grey on either.
     """
     first, second = _unit_area(source), _unit_area(target)
     numbers = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
@@ -66,10 +67,10 @@ def match_scenes(
     )
     if answer.dense is None or answer.dense.inverse is None:
         return left, right
-    colors = colors_by_place(left.vertices)
+    colors = surface_colors(left.vertices, left.points)
     transferred = transferred_colors(colors, source, target, answer.dense.inverse)
     mapped = source.vertices_of(np.array(answer.dense.source, dtype=np.int64))
-    kept = np.ones_like(colors)
+    kept = np.full_like(colors, UNMAPPED)
     kept[mapped] = colors[mapped]
     return replace(left, colors=kept), replace(right, colors=transferred)
 

@@ -1,19 +1,29 @@
 """Colours that are transferred by a dense correspondence."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
+from isomatch._results import match_panels
 from matplotlib.colors import rgb_to_hsv
 
 from broker.contracts import InverseCorrespondence
+from service.page import STATIC
 from solver.mesh import triangle_mesh
 from synthetic import Pose, human
 from tests.solver import shapes
-from worker.pictures import colors_by_place
-from worker.pictures.coloring import point_colors, transferred_colors
+from worker.pictures import coloring, colors_by_place
+from worker.pictures.coloring import (
+    UNMAPPED,
+    point_colors,
+    surface_colors,
+    transferred_colors,
+)
 
 MESH = shapes.blob(2)
+LEVELS = {"UNMAPPED": 255.0 * UNMAPPED, "LIGHT": 255.0 * coloring.LIGHT, "PALE": coloring.PALE}
+GREY = [UNMAPPED] * 3
 COLORS = colors_by_place(MESH.vertices)
 
 
@@ -85,9 +95,7 @@ def test_a_permutation_permutes_colours() -> None:
     np.testing.assert_allclose(transferred_colors(COLORS, MESH, other, found)[where], COLORS)
 
 
-def test_points_between_vertices_have_mixed_colours_and_vertices_without_a_point_are_white() -> (
-    None
-):
+def test_points_between_vertices_have_mixed_colours_and_vertices_without_a_point_are_grey() -> None:
     places = np.array([[0.0, 0, 0], [1.0, 0.1, 0], [2.0, 0, 0], [3.0, 0.1, 0]])
     path = triangle_mesh(places, np.array([[0, 1, 2], [1, 2, 3]]))
     colors = np.array([[0.2, 0.4, 0.6], [0.4, 0.6, 0.8], [1.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
@@ -98,4 +106,26 @@ def test_points_between_vertices_have_mixed_colours_and_vertices_without_a_point
         barycentric=((0.5, 0.5, 0.0), (0.0, 1.0, 0.0)),
     )
     shown = transferred_colors(colors, path, path, found)
-    np.testing.assert_allclose(shown, [[0.3, 0.5, 0.7], [1.0] * 3, [1.0, 0.0, 0.5], [1.0] * 3])
+    np.testing.assert_allclose(shown, [[0.3, 0.5, 0.7], GREY, [1.0, 0.0, 0.5], GREY])
+
+
+def test_a_surface_has_paler_colours_of_the_points_on_it() -> None:
+    points = MESH.vertices[::5]
+    at_points = surface_colors(MESH.vertices, points)[::5]
+    vivid, pale = rgb_to_hsv(point_colors(points)), rgb_to_hsv(at_points)
+    np.testing.assert_allclose(pale[:, 0], vivid[:, 0], atol=1e-9)
+    assert (pale[:, 1] < 0.6 * vivid[:, 1]).all()
+
+
+def test_nothing_without_a_partner_looks_mapped() -> None:
+    """Neither on a surface, nor on the white paper."""
+    colors = surface_colors(MESH.vertices, MESH.vertices)
+    assert np.abs(colors - UNMAPPED).max(axis=1).min() > 0.05
+    assert UNMAPPED < 0.85
+
+
+def test_greys_are_those_of_the_page_and_of_the_client() -> None:
+    script = (STATIC / "colors.js").read_text()
+    levels = {name: float(re.findall(rf"const {name} = ([\d.]+);", script)[0]) for name in LEVELS}
+    assert levels == LEVELS
+    assert pytest.approx(UNMAPPED, abs=0.02) == match_panels.UNMAPPED

@@ -12,6 +12,7 @@ from solver.prototype import PrototypeOptions, connected_examples, learn_prototy
 from solver.shape import Shape
 from synthetic import HUMAN_POSES, human
 from tests.solver import shapes
+from worker.pictures.coloring import UNMAPPED
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.scene import match_scenes, prototype_scenes
 
@@ -35,7 +36,7 @@ def test_a_prototype_is_drawn_on_its_reference_surface() -> None:
     assert float(np.ptp(left.points[:, 1])) == pytest.approx(float(np.ptp(right.points[:, 1])))
 
 
-def test_vertices_without_a_partner_are_white_on_both_shapes() -> None:
+def test_vertices_without_a_partner_are_grey_on_both_shapes() -> None:
     """A surface that overlaps itself in all but one vertex on either side."""
     mesh = shapes.blob(2)
     ours, theirs = np.arange(1, mesh.n_vertices), np.arange(mesh.n_vertices - 1)
@@ -51,5 +52,7 @@ def test_vertices_without_a_partner_are_white_on_both_shapes() -> None:
     )
     pairs = tuple(Correspondence(source=one, target=one, cost=0.0) for one in (3, 7, 30))
     left, right = match_scenes(mesh, mesh, Hypothesis(pairs, None, dense, "", ""))
-    white = [np.flatnonzero((scene.colors == 1.0).all(axis=1)).tolist() for scene in (left, right)]
-    assert white == [[0], [mesh.n_vertices - 1]]
+    grey = [
+        np.flatnonzero((scene.colors == UNMAPPED).all(axis=1)).tolist() for scene in (left, right)
+    ]
+    assert grey == [[0], [mesh.n_vertices - 1]]
