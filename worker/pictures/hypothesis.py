@@ -18,6 +18,9 @@ PartT = TypeVar("PartT", Refinement, DenseCorrespondence)
 _WIDTH: Final = 140
 """Characters that fit in a line below the title."""
 
+_LINES: Final = 2
+"""Lines of the confidence and the reasons for doubt."""
+
 
 class NoAlternative(Exception):
     """A match has fewer alternatives.
@@ -46,7 +49,7 @@ class Hypothesis:
     refinement, dense
         Its refined points and its dense map, if it has them.
     title, subtitle
-        The caption; the second of one line or two.
+        The caption; the second of three lines at most.
     """
 
     correspondences: tuple[Correspondence, ...]
@@ -117,11 +120,11 @@ def _captions(result: MatchResult) -> tuple[str, str]:
     )
     if result.confidence is None:
         return title, figures
-    return title, f"{confidence_line(result.confidence)}\n{figures}"
+    return title, "\n".join([*confidence_lines(result.confidence), figures])
 
 
-def confidence_line(confidence: Confidence) -> str:
-    """Return the confidence in a line, as in ``in doubt, confidence 31 %: the mirror image ...``.
+def confidence_lines(confidence: Confidence) -> list[str]:
+    """Return the confidence in two lines at most: ``in doubt, confidence 31 %: the mirror ...``.
 
     The percentage is never 0 or 100: no calibration is as sure as that.
     """
@@ -130,4 +133,4 @@ def confidence_line(confidence: Confidence) -> str:
         said = f"in doubt, {said}"
     if confidence.reasons:
         said += f": {'; '.join(confidence.reasons)}"
-    return textwrap.shorten(said, _WIDTH, placeholder=" …")
+    return textwrap.wrap(said, _WIDTH, max_lines=_LINES, placeholder=" …")

@@ -33,12 +33,21 @@ def test_a_caption_tells_the_confidence(
     assert hypothesis_of(told, None).subtitle.splitlines()[0] == line
 
 
-def test_long_reasons_are_shortened_to_a_line() -> None:
+def test_reasons_have_two_lines() -> None:
+    reasons = ("the mirror image fits nearly as well",) * 5
+    told = result(confidence=Confidence(probability=0.2, reasons=reasons))
+    *lines, _ = hypothesis_of(told, 0).subtitle.splitlines()
+    assert len(lines) == 2
+    assert " ".join(lines) == f"in doubt, confidence 20 %: {'; '.join(reasons)}"
+
+
+def test_longer_reasons_are_shortened_to_two_lines() -> None:
     reasons = ("the mirror image fits nearly as well",) * 9
     told = result(confidence=Confidence(probability=0.2, reasons=reasons))
-    (line, _) = hypothesis_of(told, 0).subtitle.splitlines()
-    assert len(line) <= 140
-    assert line.endswith(" …")
+    *lines, _ = hypothesis_of(told, 0).subtitle.splitlines()
+    assert len(lines) == 2
+    assert all(len(line) <= 140 for line in lines)
+    assert lines[1].endswith(" …")
 
 
 def test_a_caption_of_no_confidence_is_of_one_line() -> None:
