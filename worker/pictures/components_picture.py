@@ -102,6 +102,7 @@ def _moved(
 
 
 def _caption(row: int, step: float, explained: Sequence[float]) -> str:
+    signed = f"{step:+.0f}".replace("-", "\N{MINUS SIGN}")
     if step or row >= len(explained):
-        return f"component {row + 1}, {step:+.0f} s.d." if step else "mean"
+        return f"component {row + 1}, {signed} s.d." if step else "mean"
     return f"mean; component {row + 1} has {100.0 * explained[row]:.0f} % of the variance"

@@ -25,6 +25,8 @@ LEAST_CLIPPED: Final = 50
 MOST_NUMBERED: Final = 12
 """Shapes up to which cells have their numbers written in them, likewise."""
 
+_CELL_DIGITS = 2
+_TICK_DIGITS = 3
 _INCHES = 9.6, 8.6
 _MOST_NAMES = 48
 """Rows that are tall enough to be named one by one."""
@@ -35,8 +37,9 @@ _MOST_CLASSES = 60
 _LONGEST_NAME = 22
 """Characters of a shortened name."""
 
-_LIGHT = 0.6
-"""Share of the colour scale from which on its colours are light."""
+LIGHT: Final = 0.44
+"""Share of the colour scale from which on black has the higher contrast: 4.5 or more, as white
+has below."""
 
 _LABEL = 0.03
 """Height of a label as a fraction of that of the colour bar."""
@@ -82,7 +85,10 @@ def draw_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
     bar = figure.colorbar(image, cax=figure.add_axes((0.905, 0.17, 0.022, 0.73)))
     ticks = separate_ticks([*(tick for tick in bar.get_ticks() if tick < end), end], norm)
     clipped = bool(pairs.max() > end)
-    bar.set_ticks(ticks, labels=[*(f"{tick:.3g}" for tick in ticks[:-1]), _end_label(end, clipped)])
+    bar.set_ticks(
+        ticks,
+        labels=[*(digits(tick, _TICK_DIGITS) for tick in ticks[:-1]), _end_label(end, clipped)],
+    )
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8, colors=FAINT, length=2)
     if len(names) <= MOST_NUMBERED:
@@ -125,15 +131,25 @@ def separate_ticks(ticks: Sequence[float] | FloatArray, norm: Normalize) -> list
 
 
 def _end_label(end: float, clipped: bool) -> str:
-    return f"\N{GREATER-THAN OR EQUAL TO} {end:.3g}" if clipped else f"{end:.3g}"
+    number = digits(end, _TICK_DIGITS)
+    return f"\N{GREATER-THAN OR EQUAL TO} {number}" if clipped else number
 
 
 def _write_numbers(axes: Axes, matrix: FloatArray, norm: Normalize) -> None:
     size = min(11.0, 90.0 / len(matrix))
     for (row, column), value in np.ndenumerate(matrix):
         # The scale begins dark and ends light.
-        color = "white" if float(norm(value)) < _LIGHT else INK
-        axes.text(column, row, f"{value:.2g}", size=size, color=color, ha="center", va="center")
+        color = "white" if float(norm(value)) < LIGHT else "black"
+        text = digits(float(value), _CELL_DIGITS)
+        axes.text(column, row, text, size=size, color=color, ha="center", va="center")
+
+
+def digits(value: float, significant: int) -> str:
+    """Return a number of so many digits, as the page (service/page/static/format.js) writes it."""
+    mantissa, exponent = f"{value:.{significant - 1}e}".split("e")
+    if value == 0.0 or 1e-3 <= abs(value) < 1e5:
+        return f"{float(f'{mantissa}e{exponent}'):.15g}"
+    return f"{mantissa}e{int(exponent):+d}"
 
 
 def _order(labels: Sequence[str] | None, count: int) -> IntArray:
@@ -185,5 +201,5 @@ def _captions(result: DissimilarityResult) -> tuple[str, str]:
     if result.certified:
         parts.append("all proven minimal")
     parameters = result.parameters
-    parts.append(f"{parameters.points} points, {parameters.metrics[0].name}")
+    parts.append(f"{parameters.points} points, {parameters.metrics[0].name.replace('_', ' ')}")
     return f"Dissimilarities of {count:,} shapes", "   ·   ".join(parts)

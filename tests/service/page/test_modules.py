@@ -25,7 +25,7 @@ from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
 from worker.pictures import packed_geometry
 from worker.pictures.coloring import point_colors
-from worker.pictures.heat_map import scale_end
+from worker.pictures.heat_map import digits, scale_end
 from worker.pictures.view import source_view
 
 
@@ -170,6 +170,14 @@ def test_points_have_the_colours_of_pictures(page: Page) -> None:
     for points in (tall, tall * [1.0, 0.0, 1.0], tall[:1]):
         found = call(page, "colors", "return m.pointColors(given)", points.tolist())
         np.testing.assert_allclose(found, 255.0 * point_colors(points), atol=0.5 + 1e-6)
+
+
+def test_numbers_of_heat_maps_are_those_of_pictures(page: Page) -> None:
+    values = [0.0, 1e-5, 0.00098, 0.0123, 0.5, 1.0, 9.96, 123.4, 99999.0, 1.26e7]
+    for significant in (2, 3):
+        body = f"return given.map((value) => m.digits(value, {significant}))"
+        written = [digits(value, significant) for value in values]
+        assert call(page, "format", body, values) == written
 
 
 def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from isomatch._figures import heat_map as client_heat_map
 from isomatch._figures.colors import COLOR_SCALE
+from matplotlib import colormaps
 from matplotlib.colors import PowerNorm
 
 from service.page import STATIC
 from worker.pictures import heat_map
-from worker.pictures.heat_map import COLORMAP, separate_ticks
+from worker.pictures.heat_map import COLORMAP, LIGHT, separate_ticks
 
 
 @pytest.mark.parametrize("greatest", [0.0505, 0.051, 0.06, 0.999, 7.0])
@@ -39,6 +40,16 @@ def test_page_and_client_have_the_same_scale() -> None:
     for name in ("UPPER_QUANTILE", "LEAST_CLIPPED", "MOST_NUMBERED"):
         assert float(declared[name]) == getattr(heat_map, name)
         assert getattr(client_heat_map, name) == getattr(heat_map, name)
+
+
+def test_numbers_in_cells_are_legible() -> None:
+    """Contrast as WCAG defines it, at least 4.5 (AA)."""
+    shares = np.linspace(0.0, 1.0, 1001)
+    srgb = colormaps[COLORMAP](shares)[:, :3]
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    luminance = linear @ [0.2126, 0.7152, 0.0722]
+    contrast = np.where(shares < LIGHT, 1.05 / (luminance + 0.05), (luminance + 0.05) / 0.05)
+    assert contrast.min() >= 4.5
 
 
 @pytest.mark.parametrize(("pairs", "clipped"), [(1, False), (49, False), (50, True), (91, True)])
