@@ -52,6 +52,11 @@ def _used(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
     return vertices[used], numbered.reshape(-1, 3).astype(np.int64)
 
 
+def in_palette(picture: Image.Image) -> Image.Image:
+    """Return a picture in 256 colours, with the vivid ones of its points among them."""
+    return picture.quantize(256, Image.Quantize.MAXCOVERAGE, kmeans=3)
+
+
 def main() -> None:
     """Match, and write the pictures one above the other."""
     parser = command_line(__doc__)
@@ -74,7 +79,7 @@ def main() -> None:
         page.paste(one, (0, top))
         top += one.height
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    page.quantize(128).save(arguments.output, optimize=True)
+    in_palette(page).save(arguments.output, optimize=True)
 
 
 if __name__ == "__main__":
