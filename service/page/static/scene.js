@@ -274,8 +274,8 @@ export class Scene {
       camera: change["scene.camera"] ?? this.#view.camera, aspectratio: change["scene.aspectratio"] ?? this.#view.aspectratio,
     };
     if (isSameView(view, this.#view)) return;
-    this.#view = view;
-    this.#redraw();
+    // plotly.js forgets a view that a mouse left, once it has drawn another layout, unless it is given the view.
+    this.look(view);
     this.#followers.forEach((tell) => tell(view));
   }
 }

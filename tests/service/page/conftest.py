@@ -1,5 +1,6 @@
 """The page in a real browser: the system's Chromium, headless, drawing in software."""
 
+import math
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -21,7 +22,7 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
-from tests.service.conftest import Api
+from tests.service.conftest import Api, Json
 
 CHROMIUM = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 """The first draws no window, and opens a tab in a tenth of the time of the others."""
@@ -194,6 +195,37 @@ def place(scene: Locator, trace: int, number: int) -> tuple[float, float]:
     """Where a vertex of the surface, or a point, of a shape that is drawn is on the screen."""
     x, y = scene.evaluate(PLACE, [trace, number])
     return x, y
+
+
+def camera(scene: Locator) -> Json:
+    """Direction to the viewer and vertical of a drawing, and the size of the shape."""
+    seen: Json = scene.evaluate(
+        "s => ({ ...s._fullLayout.scene.camera, ...s._fullLayout.scene.aspectratio })"
+    )
+    return seen
+
+
+def turn(page: Page, scene: Locator) -> None:
+    """Turn a shape with the mouse."""
+    scene.scroll_into_view_if_needed()
+    box = scene.bounding_box()
+    assert box is not None
+    x, y = box["x"] + 0.1 * box["width"], box["y"] + 0.3 * box["height"]
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 0.2 * box["width"], y + 0.1 * box["height"], steps=5)
+    page.mouse.up()
+
+
+def labelled(scene: Locator) -> bool:
+    """Whether the names that are seen are where their points are on the screen."""
+    names, seen = scene.evaluate(f"s => [s.data[{POINTS}].text, s.data[{LABELS}].text]")
+    apart = [
+        math.dist(place(scene, LABELS, at), place(scene, POINTS, names.index(name)))
+        for at, name in enumerate(seen)
+    ]
+    # What is missing has a name and no place.
+    return len(seen) > 0 and max(filter(math.isfinite, apart)) < 0.5
 
 
 def job_of(page: Page) -> str:

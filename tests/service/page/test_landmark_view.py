@@ -21,10 +21,13 @@ from tests.service.page.conftest import (
     POINTS,
     SMALL,
     SURFACE,
+    camera,
     eventually,
+    labelled,
     named,
     opened,
     place,
+    turn,
 )
 from tests.worker.figures import blob, off
 
@@ -169,6 +172,17 @@ def within(scene: Locator) -> bool:
         box["x"] <= x <= box["x"] + box["width"] and box["y"] <= y <= box["y"] + box["height"]
         for x, y in places
     )
+
+
+def test_shapes_are_turned_by_the_mouse(view: Page) -> None:
+    source, target = (view.locator(f".scene[data-side={side}]") for side in ("source", "target"))
+    first = camera(source)
+    turn(view, source)
+    eventually(lambda: camera(source) == camera(target) != first)
+    eventually(lambda: labelled(source) and labelled(target))
+    source.focus()
+    view.keyboard.press("Home")
+    eventually(lambda: camera(source) == camera(target) == first)
 
 
 def test_a_landmark_is_dragged_on_the_surface(view: Page, carried: Carried, tmp_path: Path) -> None:

@@ -19,12 +19,15 @@ from tests.service.page.conftest import (
     POINTS,
     RING,
     accessible,
+    camera,
     eventually,
     job_of,
+    labelled,
     named,
     opened,
     place,
     result_of,
+    turn,
 )
 from tests.worker.figures import blob_file
 
@@ -164,14 +167,6 @@ def test_a_pair_is_chosen_by_the_keyboard(matched: Page) -> None:
     button.blur()
 
 
-def camera(scene: Locator) -> Json:
-    """Direction to the viewer and vertical of a drawing, and the size of the shape."""
-    seen: Json = scene.evaluate(
-        "s => ({ ...s._fullLayout.scene.camera, ...s._fullLayout.scene.aspectratio })"
-    )
-    return seen
-
-
 def test_shapes_are_turned_by_keys_and_stay_linked(matched: Page) -> None:
     source, target = scenes(matched)
     first = camera(source)
@@ -188,6 +183,20 @@ def test_shapes_are_turned_by_keys_and_stay_linked(matched: Page) -> None:
     np.testing.assert_allclose(np.abs(towards), [s * c, s, c * c], atol=1e-6)
     matched.locator(".alternatives input").nth(0).check()
     target.focus()
+    matched.keyboard.press("Home")
+    eventually(lambda: camera(source) == camera(target) == first)
+
+
+def test_shapes_are_turned_by_the_mouse_after_an_alternative(matched: Page) -> None:
+    source, target = scenes(matched)
+    first = camera(source)
+    for which in (1, 0):
+        matched.locator(".alternatives input").nth(which).check()
+        expect(matched.locator("[data-field=confidence]")).to_have_count(1 - which)
+    turn(matched, source)
+    eventually(lambda: camera(source) == camera(target) != first)
+    eventually(lambda: labelled(source) and labelled(target))
+    source.focus()
     matched.keyboard.press("Home")
     eventually(lambda: camera(source) == camera(target) == first)
 
