@@ -161,6 +161,18 @@ def test_shapes_are_drawn_whole_in_a_high_window(view: Page) -> None:
     view.set_viewport_size(SMALL)
 
 
+def test_the_table_is_as_wide_as_its_column(view: Page) -> None:
+    last = view.locator("tr[data-landmark] button").filter(has_text=LABELS[2])
+    last.evaluate("button => button.append(' and a name of several long words')")
+    for width in (1024, 1280):
+        view.set_viewport_size({"width": width, "height": 560})
+        wide = "s => [s.scrollWidth, s.clientWidth]"
+        needed, there = view.locator(".corrected .scroll").evaluate(wide)
+        assert needed <= there
+    last.evaluate("button => button.lastChild.remove()")
+    view.set_viewport_size(SMALL)
+
+
 def within(scene: Locator) -> bool:
     """Whether the outermost vertices are drawn inside the box of the scene."""
     extreme = """s => ['x', 'y'].flatMap((name) => [1, -1].map((sign) =>
