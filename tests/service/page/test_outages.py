@@ -233,6 +233,7 @@ def test_a_cancelled_job_is_requested_again(page: Page, idle: Api) -> None:
     expect(page.locator(".chips li")).to_have_count(2)
     expect(page.get_by_role("radio", name="Compare")).to_be_checked()
     expect(page.get_by_role("button", name="Compare", exact=True)).to_be_visible()
+    expect(page.get_by_label("Points", exact=True)).to_have_value("3")
 
 
 def test_recent_jobs_are_kept_up_to_date(page: Page, idle: Api) -> None:

@@ -165,7 +165,7 @@ def test_a_result_that_has_expired_is_requested_again(
     expect(page.get_by_role("alert")).to_contain_text("no longer kept")
     page.get_by_role("link", name="Request it again").click()
     expect(page.locator(".chips li")).to_have_count(2)
-    page.get_by_label("Points", exact=True).fill("4")
+    expect(page.get_by_label("Points", exact=True)).to_have_value("4")
     page.get_by_role("button", name="Match", exact=True).click()
     page.locator("[data-drawn]").wait_for()
 
