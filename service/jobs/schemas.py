@@ -141,8 +141,8 @@ class Job(BaseModel):
         " the name that a shape is stored under."
     )
     parameters: dict[str, str | int | float | bool | None] = Field(
-        description="Its parameters that differ from their defaults, but those that are lists or"
-        " have parameters of their own, which the result has."
+        description="Parameters of the request that differ from their defaults, but those that are"
+        " lists or have parameters of their own, which the result has."
     )
     progress: Progress = Field(
         description='How far it is. The stage of a queued job is "queued", or "spectra" while its'
@@ -252,11 +252,20 @@ def _waiting_for(
     return "turn" if position is not None or record.batch is not None else None
 
 
+_CHOSEN: Final = {
+    JobKind.REGISTRATION: {"largest_component"},
+    JobKind.CONSISTENT_MAPS: {"largest_component"},
+}
+"""Parameters that requests have, of kinds that set the others themselves."""
+
+
 def _parameters(record: JobRecord) -> dict[str, str | int | float | bool | None]:
     parameters = getattr(record.payload, "parameters", None)
     if parameters is None:
         return {}
-    changed = parameters.model_dump(mode="json", exclude_defaults=True)
+    # Of some kinds a request has only one of them; the others are no choice of its own.
+    asked = _CHOSEN.get(record.kind)
+    changed = parameters.model_dump(mode="json", include=asked, exclude_defaults=True)
     return {name: one for name, one in changed.items() if not isinstance(one, list | dict)}
 
 

@@ -74,6 +74,15 @@ def test_jobs_say_the_names_and_parameters_of_the_request(http: httpx2.Client) -
     assert job["links"]["match"] is None
     counted = ask(http, "matches", source=A, target=B, points=40)["parameters"]["points"]
     assert (counted, type(counted)) == (40, int)
+    # What a kind of job sets itself was not requested.
+    bodies: dict[str, Json] = {
+        "registrations": {"template": A, "shapes": [B]},
+        "consistent-maps": {"shapes": [A, B]},
+    }
+    for path, body in bodies.items():
+        assert ask(http, path, **body)["parameters"] == {}
+        job = ask(http, path, **body, largest_component=True)
+        assert job["parameters"] == {"largest_component": True}
 
 
 def test_jobs_name_what_they_are_of(http: httpx2.Client) -> None:
