@@ -18,7 +18,10 @@ def less_energy(match: Match) -> str | None:
         known.append("a correspondence of all samples")
     if match.confidence is None or not known:
         return None
+    reason = "tells it from others, such as the mirror image"
+    if match.confidence.in_doubt:
+        reason = "is in doubt here"
     return (
-        f"of {' and '.join(known)}, but the answer is chosen by registration in space, which tells"
-        " it from others, such as the mirror image"
+        f"of {' and '.join(known)}, but the answer was chosen by registration in space,"
+        f" which {reason}"
     )

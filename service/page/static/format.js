@@ -1,5 +1,6 @@
 // Numbers, times, states and certificates as text.
 
+import { LIKELY_RIGHT } from "./confidence.js";
 import { h } from "./dom.js";
 
 const STATES = {
@@ -58,9 +59,11 @@ export function figure(number) {
     : h("data", { value: number, title: String(number) }, digits(number));
 }
 
-/** A badge that says whether a result is certified. */
-export const certifiedBadge = ({ certified }) =>
-  h("span", { class: certified ? "badge good" : "badge" }, certified ? "certified" : "not certified");
+const inDoubt = (confidence) => Boolean(confidence) && confidence.probability < LIKELY_RIGHT;
+
+/** A badge that says whether a result is certified; where the answer is in doubt, it does not look good. */
+export const certifiedBadge = ({ certified, confidence }) =>
+  h("span", { class: certified && !inDoubt(confidence) ? "badge good" : "badge" }, certified ? "certified" : "not certified");
 
 /** The certificate of a match as a sentence. */
 export function certificate({ certified, gap, energy, lower_bound: bound }) {
@@ -83,6 +86,6 @@ export function lessEnergy({ energy, alternatives, proof, confidence }) {
   const known = [...(alternatives.some(less) ? ["an alternative"] : []), ...(proof && less(proof) ? ["a correspondence of all samples"] : [])];
   if (!confidence || known.length === 0) return null;
   const subject = known.join(" and ");
-  return `${subject[0].toUpperCase()}${subject.slice(1)} ${known.length > 1 ? "have" : "has"} less energy, but the answer is chosen by registration in`
-    + " space, which tells it from others, such as the mirror image.";
+  return `${subject[0].toUpperCase()}${subject.slice(1)} ${known.length > 1 ? "have" : "has"} less energy, but the answer was chosen by registration in`
+    + ` space, which ${inDoubt(confidence) ? "is in doubt here" : "tells it from others, such as the mirror image"}.`;
 }

@@ -81,11 +81,15 @@ def test_less_energy_of_another_correspondence_is_explained() -> None:
     other = {name: EXAMPLE[name] for name in ("correspondences", "distortion")}
     for factor, explained in ((0.5, True), (1.0, False)):
         changed = [other | {"energy": factor * energy, "relation": "mirror_image"}]
-        for confidence in (EXAMPLE["confidence"], None):
+        for confidence, reason in (
+            (EXAMPLE["confidence"], "tells it from others, such as the mirror image"),
+            (DOUBT, "is in doubt here"),
+            (None, ""),
+        ):
             text = printed(match(alternatives=changed, proof=None, confidence=confidence))
             text = " ".join(text.split())
-            said = "of an alternative, but the answer is chosen by registration in space" in text
-            assert said is (explained and confidence is not None)
+            said = "of an alternative, but the answer was chosen by registration in space, which "
+            assert (said + reason in text) is (explained and confidence is not None)
 
 
 def test_a_transfer_says_that_its_match_is_in_doubt() -> None:

@@ -348,7 +348,9 @@ def test_confidence_is_shown_with_the_reasons(page: Page, api: Api, matched: Pag
         expect(note.locator(".badge")).to_have_text(badge)
         expect(note).to_contain_text(said)
         expect(note.get_by_role("listitem")).to_have_text(confidence["reasons"])
-        expect(page.locator(".proof .badge")).to_have_text("certified")
+        certificate = page.locator(".proof .badge")
+        expect(certificate).to_have_text("certified")
+        expect(certificate).to_have_class("badge" if confidence is doubt else "badge good")
 
 
 def test_what_a_part_lacks_is_grey(page: Page, api: Api, matched: Page) -> None:
@@ -373,13 +375,15 @@ def test_less_energy_of_another_correspondence_is_explained(
     less = [other | {"energy": 0.5 * energy} for other in result["alternatives"]]
     more = [other | {"energy": 2.0 * energy} for other in result["alternatives"]]
     proof = result["proof"]
-    for others, proven, subject in (
-        (less, energy, "An alternative has"),
-        (more, 0.9 * energy, "A correspondence of all samples has"),
-        (less, 0.9 * energy, "An alternative and a correspondence of all samples have"),
-        (more, energy, None),
+    sure, doubt = ({"probability": p, "reasons": []} for p in (0.97, 0.07))
+    for others, proven, subject, confidence in (
+        (less, energy, "An alternative has", sure),
+        (more, 0.9 * energy, "A correspondence of all samples has", sure),
+        (less, 0.9 * energy, "An alternative and a correspondence of all samples have", doubt),
+        (more, energy, None, sure),
     ):
         changed = result | {"alternatives": others, "proof": proof | {"energy": proven}}
+        changed |= {"confidence": confidence}
         page.route(f"**/v1/jobs/{job}/result", answering(changed))
         page.goto("/#/")
         page.goto(f"/#/jobs/{job}")
@@ -388,7 +392,9 @@ def test_less_energy_of_another_correspondence_is_explained(
         if subject is None:
             expect(said).not_to_contain_text("less energy")
         else:
-            expect(said).to_contain_text(f"{subject} less energy, but the answer is chosen by")
+            expect(said).to_contain_text(f"{subject} less energy, but the answer was chosen by")
+            reason = "is in doubt here." if confidence is doubt else "tells it from others, such as"
+            expect(said).to_contain_text(f"registration in space, which {reason}")
 
 
 def result_named(api: Api, job: str) -> Json:
