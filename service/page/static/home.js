@@ -65,7 +65,21 @@ export async function homeView(place, ids, signal, task = null) {
     number.textContent = `${count(chosen.length)} chosen`;
   };
   const listShapes = async () => fill(shapes, await shapeList(choice, signal));
-  const uploads = dropZone(choose, () => listShapes().catch((error) => fill(shapes, problemBox(error))), (files) => {
+  // What is listed stays while the service is away, and is listed again when the user comes back to the page.
+  let stale = false;
+  const listAgain = async () => {
+    try {
+      await listShapes();
+      stale = false;
+    } catch (error) {
+      stale = true;
+      if (!signal.aborted && shapes.querySelector("ul") === null) fill(shapes, problemBox(error));
+    }
+  };
+  const again = () => !document.hidden && stale && listAgain();
+  window.addEventListener("focus", again, { signal });
+  document.addEventListener("visibilitychange", again, { signal });
+  const uploads = dropZone(choose, listAgain, (files) => {
     uploading.files = files;
     uploading.changed();
   }, signal);

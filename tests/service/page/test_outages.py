@@ -83,6 +83,29 @@ def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> N
     assert len(sent) == 4
 
 
+def test_the_list_of_shapes_outlasts_an_outage(page: Page, idle: Api) -> None:
+    # The service is idle: its shapes are not in the listing.
+    records = [{"id": shape, "name": "a.off", "vertices": 9} for shape in put_shapes(idle)]
+    page.route(
+        "**/v1/shapes?*",
+        lambda route: route.fulfill(json={"items": records, "next_cursor": None}),
+    )
+    page.goto("/#/")
+    listed = page.locator(".choose")
+    expect(listed).to_have_count(2)
+    page.route("**/v1/shapes*", lambda route: route.abort())
+    with page.expect_request("**/v1/shapes?*"):
+        page.locator("#files").set_input_files(files(1))
+    expect(page.locator(".uploads").get_by_role("alert")).to_have_count(1)
+    expect(page.get_by_role("alert")).to_have_count(1)
+    expect(listed).to_have_count(2)
+    # When the user comes back, they are listed again.
+    page.unroute("**/v1/shapes*")
+    records.pop()
+    page.evaluate("window.dispatchEvent(new Event('focus'))")
+    expect(listed).to_have_count(1)
+
+
 def test_a_job_waits_for_files_that_are_uploaded(page: Page, idle: Api) -> None:
     page.goto(f"/#/with/{'/'.join(put_shapes(idle))}")
     submit = page.get_by_role("button", name="Match", exact=True)
