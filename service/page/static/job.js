@@ -7,6 +7,7 @@ import { consistentMapsView } from "./consistent_maps.js";
 import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { keepFocus } from "./focus.js";
+import { titleOf } from "./lists.js";
 import { matchView } from "./match.js";
 import { download } from "./download.js";
 import { linkButton } from "./share_link.js";
@@ -30,8 +31,13 @@ export async function jobView(place, [id], signal) {
   const body = h("div");
   fill(place, head, body);
   let job = await get(path, signal);
-  document.title = `${kindName(job.kind)} – isomatch`;
+  const untitled = document.title = `${kindName(job.kind)} – isomatch`;
   const status = statusOf(job);
+  titleOf(job, signal).then((text) => {
+    status.title.textContent = text;
+    // A result that is shown already has a title of its own.
+    if (!signal.aborted && document.title === untitled) document.title = `${text} – isomatch`;
+  }).catch(() => {});
   fill(head, status.node);
   if (!ended(job)) {
     const running = new AbortController();
@@ -61,7 +67,7 @@ export async function jobView(place, [id], signal) {
       await stoppedJob(body, job, { title: result.title, detail: result.message }, signal);
       return;
     }
-    head.className = "over";
+    head.className = "finished";
     await RESULTS[job.kind](body, result, job, signal);
   }
 }
@@ -105,7 +111,7 @@ function statusOf(job) {
     if (over) fill(box);
   };
   show(job);
-  return { node, show, answered: () => passing && fill(box) };
+  return { node, title, show, answered: () => passing && fill(box) };
 }
 
 function sentence(job) {

@@ -59,7 +59,7 @@ const changedParameters = ({ parameters }) => Object.entries(parameters).map(([n
   (value === true ? name : value === false ? `no ${name}` : `${name} ${value}`).replaceAll("_", " ")).join(", ");
 
 // Kind of a job and names of its shapes, those of the request first; only the newest page of others is searched.
-async function titleOf(job, signal) {
+export async function titleOf(job, signal) {
   const kind = kindName(job.kind);
   if (job.name !== null) return `${kind}: ${job.name}`;
   const ids = job.kind === "match" ? [job.source, job.target] : job.shapes.slice(0, MOST_NAMED);
@@ -67,6 +67,7 @@ async function titleOf(job, signal) {
   const given = job.prototype === null && (job.kind === "match" || job.names.length === job.shapes.length) ? job.names : [];
   const stored = await namesOf(ids.filter((_, at) => !given[at]), signal, 1);
   const names = ids.map((_, at) => given[at] ?? stored.shift());
+  if (names.length === 0) return kind;
   const more = job.kind === "match" ? 0 : job.shape_count - names.length;
   return `${kind}: ${names.join(job.kind === "match" ? " and " : ", ")}${more > 0 ? ` and ${count(more)} more` : ""}`;
 }
