@@ -5,6 +5,7 @@ import { keepParameters } from "./entries.js";
 import { namesOf } from "./names.js";
 import { COMPARE, LEARN, MATCH } from "./parameters.js";
 import { problemBox, withNames } from "./problem.js";
+import { LABELS } from "./transfer_form.js";
 
 /** Tasks of the start page by the kinds of their jobs; other kinds are requested elsewhere. */
 const TASKS = {
@@ -26,7 +27,7 @@ export async function stoppedJob(place, job, problem, signal) {
   if (signal.aborted) return;
   fill(place,
     // Of jobs with a source, `shapes` of the request has other places.
-    problem && problemBox(withNames({ ...problem, message: problem.detail }, job.source === null ? names : [])),
+    problem && problemBox(withNames({ ...problem, message: labelled(problem.detail, job) }, job.source === null ? names : [])),
     // The shape of an upload that was refused does not exist.
     ids.length === 0 || job.kind === "validation" ? null : h("p", {},
       "Shapes: ", ids.map((id, at) => [at === 0 ? "" : ", ", shapeLink(id, names[at])]), isComplete(job, ids) ? "" : " and others"),
@@ -38,6 +39,10 @@ export async function stoppedJob(place, job, problem, signal) {
 // The form has the parameters of the job.
 const keep = ({ kind, parameters, name }, [first]) =>
   keepParameters(first.startsWith("p-") ? TASKS_OF_PROTOTYPES[kind] : TASKS[kind], { ...parameters, name }, PARAMETERS[kind]);
+
+// A detail begins with the field that is wrong, which the form of a transfer has a name for.
+const labelled = (detail, { kind }) => (kind !== "transfer" ? detail
+  : detail.replace(/^(\w+)(?=: )/, (field) => LABELS[field] ?? field));
 
 /** A link to the match that a transfer carries values along. */
 export const matchLink = ({ links }) => h("a", { href: links.match.replace("/v1/", "#/"), class: "button" }, "Back to the match");

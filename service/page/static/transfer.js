@@ -11,9 +11,11 @@ import { matchLink } from "./stopped_job.js";
 
 export async function transferView(place, result, job, signal) {
   const carried = result.attributes.map(({ name }) => name).join(", ") || several(result.points.length, "point");
+  // Values of a shape's own file have the name of their kind.
+  const what = carried === result.what ? carried : `${result.what}: ${carried}`;
   const shown = h("div", { class: "carried" });
   fill(place, h("h2", {}, "Transferred values"), h("p", {},
-    `${result.what}: ${carried}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
+    `${what}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
   confidenceNote(result), warningList(result.warnings), shown,
   h("p", { class: "actions" }, linkButton(job.id), " ",
     download(job.links.result, "JSON", `${job.id}.json`), exportsOf(job), " ", matchLink(job)));

@@ -19,6 +19,8 @@ const KINDS = [
   ["texture", "the texture of the shape's own file"],
   ["uv", "its texture coordinates (UV)"],
 ];
+/** What the form calls the fields of a request. */
+export const LABELS = { attributes: "File of values", what: "Kind", direction: "Direction", on: "Onto" };
 const ELEMENTS = [
   ["", "what the values are of"],
   ["vertices", "vertices"],
@@ -27,18 +29,28 @@ const ELEMENTS = [
 
 /** A form for a transfer between the shapes of a match; the page of its job has the result. */
 export function transferForm(match, source, target) {
-  const file = fileField("attributes", "File of values", ENDINGS,
+  const file = fileField("attributes", LABELS.attributes, ENDINGS,
     "NPZ, CSV, PLY, OBJ, GLB, or one label a line (SEG, TXT); row i of vertex i, or of face i. Without one, values in the shape's own file are carried.");
   const said = h("div", { "aria-live": "polite" });
   const submit = h("button", { type: "submit", class: "primary" }, "Transfer");
+  const kinds = choiceField("what", LABELS.what, KINDS, 0, "Labels are carried by majority, all others by weighted means.");
+  const directions = choiceField("direction", LABELS.direction, [
+    ["source_to_target", `from ${source.name} to ${target.name}`],
+    ["target_to_source", `from ${target.name} to ${source.name}`],
+  ], 0, "The values are those of the first of the two.");
+  const [input, kind, direction] = [file, kinds, directions].map((field) => field.querySelector("input, select"));
+  const given = () => (direction.value === "source_to_target" ? source : target);
+  // Until a kind is chosen: without a file, what the shape's own file is known to have.
+  let chosen = false;
+  const preselect = () => {
+    if (!chosen) kind.value = input.files.length === 0 && given().has_colors ? "colors" : "labels";
+  };
+  kind.addEventListener("change", () => { chosen = true; });
+  for (const field of [input, direction]) field.addEventListener("change", preselect);
+  preselect();
   const form = h("form", { novalidate: true, "aria-label": "Transfer" },
-    h("div", { class: "fields" }, file,
-      choiceField("what", "Kind", KINDS, 0, "Labels are carried by majority, all others by weighted means."),
-      choiceField("direction", "Direction", [
-        ["source_to_target", `from ${source.name} to ${target.name}`],
-        ["target_to_source", `from ${target.name} to ${source.name}`],
-      ], 0, "The values are those of the first of the two."),
-      choiceField("on", "Onto", ELEMENTS, 0, "A face takes the label of most of its area, or the mean over it.")),
+    h("div", { class: "fields" }, file, kinds, directions,
+      choiceField("on", LABELS.on, ELEMENTS, 0, "A face takes the label of most of its area, or the mean over it.")),
     said, h("p", {}, submit));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -46,9 +58,9 @@ export function transferForm(match, source, target) {
       showErrors(form, [], fieldName);
       fill(said);
       try {
-        const { what, direction, on } = Object.fromEntries(new FormData(form));
-        const [values] = file.querySelector("input").files;
-        const lacking = values === undefined ? lack(what, direction === "source_to_target" ? source : target) : null;
+        const { what, direction: towards, on } = Object.fromEntries(new FormData(form));
+        const [values] = input.files;
+        const lacking = values === undefined ? lack(what, given()) : null;
         if (lacking !== null) {
           showErrors(form, [{ field: "attributes", message: lacking }], fieldName);
           return;
@@ -58,7 +70,7 @@ export function transferForm(match, source, target) {
           if (said.textContent !== text) fill(said, h("p", { class: "faint" }, text));
         };
         const attributes = values === undefined ? null : (await upload("/v1/attributes", values, told)).id;
-        const job = await post("/v1/transfers", { match: match.id, attributes, what, direction, on: on || null });
+        const job = await post("/v1/transfers", { match: match.id, attributes, what, direction: towards, on: on || null });
         location.hash = `#/jobs/${job.id}`;
       } catch (error) {
         fill(said, problemBox(error));

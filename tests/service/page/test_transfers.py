@@ -6,7 +6,7 @@ from pathlib import Path
 import isomatch
 import numpy as np
 import pytest
-from playwright.sync_api import FilePayload, Page, expect
+from playwright.sync_api import FilePayload, Page, Route, expect
 
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import SMALL, job_of, named
@@ -119,9 +119,35 @@ def test_files_and_jobs_that_are_refused(page: Page, match: tuple[str, int]) -> 
         failed = client.transfer(match[0], what="texture")
     page.goto(f"/#/jobs/{failed.id}")
     expect(page.locator("[data-state=failed]")).to_be_visible()
+    expect(page.get_by_role("alert")).to_contain_text("Kind: ")
     expect(page.get_by_role("alert")).to_contain_text("no texture")
     page.get_by_role("link", name="Back to the match").click()
     page.wait_for_url(f"**/#/jobs/{match[0]}")
+
+
+def test_colours_are_the_kind_of_a_coloured_shape_without_a_file(
+    page: Page, match: tuple[str, int]
+) -> None:
+    def colored(route: Route) -> None:
+        record = route.fetch().json()
+        route.fulfill(json=record | {"has_colors": record["name"] == "parts.off"})
+
+    page.route("**/v1/shapes/*", colored)
+    page.goto(f"/#/jobs/{match[0]}")
+    page.get_by_text("Transfer: carry values").click()
+    kind = page.get_by_label("Kind", exact=True)
+    expect(kind).to_have_value("colors")
+    page.get_by_label("Direction").select_option("target_to_source")
+    expect(kind).to_have_value("labels")
+    page.get_by_label("Direction").select_option("source_to_target")
+    expect(kind).to_have_value("colors")
+    file: FilePayload = {"name": "parts.csv", "mimeType": "", "buffer": b"part"}
+    page.get_by_label("File of values").set_input_files(file)
+    expect(kind).to_have_value("labels")
+    # What is chosen stays.
+    kind.select_option("scalars")
+    page.get_by_label("File of values").set_input_files([])
+    expect(kind).to_have_value("scalars")
 
 
 HUES = """(scene) => scene.data[0].vertexcolor.map((color) => {
