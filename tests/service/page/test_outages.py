@@ -249,6 +249,10 @@ def test_a_cancelled_job_is_requested_again(page: Page, idle: Api) -> None:
     shapes = put_shapes(idle)
     job = requested(idle, "dissimilarities", {"shapes": shapes, "points": 3})
     page.goto(f"/#/jobs/{job}")
+    # What is computed is said, before there is a result.
+    title = f"Comparison: {', '.join(shape[:8] for shape in shapes)}"
+    expect(page.locator("[data-state] h2")).to_have_text(title)
+    expect(page).to_have_title(f"{title} – isomatch")
     page.get_by_role("button", name="Cancel").click()
     # They are in no list, which names are taken from.
     expect(page.get_by_text(f"Shapes: {', '.join(shape[:8] for shape in shapes)}")).to_be_visible()
