@@ -56,8 +56,8 @@ export async function collectionView(place, result, job, signal) {
 
 function scores(result) {
   if (result.mean_average_precision === null) return null;
-  return h("p", {}, "Mean average precision ", h("data", { value: result.mean_average_precision }, percent(result.mean_average_precision)),
-    ", precision at 1 ", h("data", { value: result.precision_at_1 }, percent(result.precision_at_1)), ".");
+  return h("p", {}, "Mean average precision: ", h("data", { value: result.mean_average_precision }, percent(result.mean_average_precision)),
+    ", precision at 1: ", h("data", { value: result.precision_at_1 }, percent(result.precision_at_1)), ".");
 }
 
 function cell(result, names, i, j) {

@@ -124,7 +124,9 @@ function slider(c, explained, changed) {
   const update = (scores) => {
     // Specimens may be farther from the mean than the slider's ends.
     input.value = scores[c];
-    said.textContent = `${scores[c] > 0 ? "+" : scores[c] < 0 ? "−" : ""}${Math.abs(scores[c]).toFixed(1)} s.d.`;
+    const size = Math.abs(scores[c]).toFixed(1);
+    const sign = Number(size) === 0 ? "" : scores[c] > 0 ? "+" : "−";
+    said.textContent = `${sign}${size} s.d.`;
     input.setAttribute("aria-valuetext", said.textContent);
   };
   const node = h("div", { class: "slider" },

@@ -16,7 +16,7 @@ const LEVELS = [
 const levelOf = (probability) => LEVELS.find(({ least }) => probability >= least);
 
 /** "97 %", never 0 or 100: no calibration is as sure as that. */
-const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
+export const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
 
 /** How sure a match is, as a badge that has the reasons for doubt as its title; null likewise. */
 export function confidenceBadge({ confidence }) {

@@ -1,6 +1,6 @@
 // Consistent maps of a collection: a heat map whose cells can be chosen, tables of pairs and shapes, and a pair drawn.
 
-import { confidenceBadge, confidenceNote } from "./confidence.js";
+import { confidenceBadge, confidenceNote, confidencePercent } from "./confidence.js";
 import { h, fill, table, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
 import { choiceField } from "./fields.js";
@@ -12,10 +12,11 @@ import { linkButton } from "./share_link.js";
 
 /** End of the scale of probabilities. */
 const CERTAINTY = () => ({ most: 1, clipped: false });
+const CONFIDENCE = { title: "confidence", text: confidencePercent, tick: percent, end: CERTAINTY };
 /** What the cells of the heat map have. */
 const MEASURES = {
-  confidence: { title: "confidence", of: (pair) => pair.confidence?.probability ?? null, text: percent, end: CERTAINTY },
-  confidence_before: { title: "confidence", of: (pair) => pair.confidence_before?.probability ?? null, text: percent, end: CERTAINTY },
+  confidence: { ...CONFIDENCE, of: (pair) => pair.confidence?.probability ?? null },
+  confidence_before: { ...CONFIDENCE, of: (pair) => pair.confidence_before?.probability ?? null },
   cycle_error: { title: "cycle error", of: (pair) => pair.cycle_error, text: digits, end: scaleEnd },
   cycle_error_before: { title: "cycle error", of: (pair) => pair.cycle_error_before, text: digits, end: scaleEnd },
 };
@@ -72,14 +73,14 @@ function pairsOf({ shapes, pairs }) {
   return square;
 }
 
-function pictureOf({ title, of, text, end }, pairs, names) {
+function pictureOf({ title, of, text, tick = text, end }, pairs, names) {
   const matrix = pairs.map((row) => row.map((pair) => (pair === null ? null : of(pair))));
   const said = (i, j) => {
     if (i === j) return "the same shape";
     if (!pairs[i][j].mapped) return "no map";
     return matrix[i][j] === null ? "no third shape" : `${title} ${text(matrix[i][j])}${pairs[i][j].fits ? "" : ", does not fit"}`;
   };
-  return { names, matrix, end: end(matrix), title, text: said, number: text };
+  return { names, matrix, end: end(matrix), title, text: said, number: text, tick };
 }
 
 const improved = (pair) => pair.through.length > 0;
@@ -124,7 +125,7 @@ function shapeTable({ shapes }, names) {
     h("th", { scope: "row" }, h("a", { href: `#/shapes/${one.shape}` }, names[at])),
     h("td", {}, one.cycle_error === null ? "none" : change(one.cycle_error_before, one.cycle_error, figure)),
     h("td", {}, agreement(one))));
-  return table("Shapes; cycle errors before and after are means over the triples that a shape is in",
+  return table("Shapes; a cycle error is the mean over the triples that a shape is in; where it changed: before → after",
     ["Shape", "Cycle error", "Agreement"], rows);
 }
 

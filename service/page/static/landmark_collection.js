@@ -118,7 +118,8 @@ function downloads(specimens) {
   const rows = done.flatMap(({ stem, carried }) => writtenOf(carried).map(({ label, position, confidence, remark }) =>
     [stem, label, ...(position ?? [null, null, null]), confidence, remark === "corrected" ? 1 : 0]));
   const every = [["specimen", "label", "x", "y", "z", "confidence", "corrected"], ...rows];
-  return h("p", { class: "actions" }, `All ${several(done.length, "specimen")} in one archive, with a table of confidences:`,
+  const all = done.length === 1 ? "The specimen" : `All ${count(done.length)} specimens`;
+  return h("p", { class: "actions" }, `${all} in one archive, with a table of confidences:`,
     FORMATS.map((format) => button(["ZIP of ", format.toUpperCase()], () => {
       const files = done.map(({ stem, carried }) => [`${stem}.${format}`, textOf(format, stem, carried)]);
       save(zipped([...files, [TABLE, writeTable(every)]]), "landmarks.zip");

@@ -149,8 +149,8 @@ function alternatives(result, choose) {
   return h("fieldset", { class: "alternatives" }, h("legend", {}, "Answer and alternatives"), options);
 }
 
-const overAllSamples = ({ energy, gap, certified }) =>
-  h("span", {}, figure(energy), certified ? ", proven" : `, within ${percent(gap)} of the bound`);
+const overAllSamples = ({ energy, lower_bound: bound, certified }) =>
+  h("span", {}, figure(energy), certified ? ", proven" : [", not proven: at least ", figure(bound)]);
 
 const ofTheSamples = ({ value, lower_bound, certified }) =>
   h("span", {}, figure(value), certified ? ", proven" : [", at least ", figure(lower_bound)]);

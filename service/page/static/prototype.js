@@ -56,7 +56,7 @@ async function draw(place, prototype, signal) {
   fill(place, h("figure", {}, node, h("figcaption", {}, "Points of the prototype")));
   const scene = new Scene(node, side.mesh, signal);
   await scene.show(surfaceColors(side.mesh, points, colors), {
-    points, colors, names: points.map((_, point) => String(point)), numbered: true, ring: null,
+    points, colors, names: points.map((_, point) => String(point + 1)), numbered: true, ring: null,
   });
   place.dataset.drawn = String(points.length);
 }
@@ -76,6 +76,6 @@ async function exampleTable({ learned_from: learned, reference }, signal) {
     h("th", { scope: "row" }, h("a", { href: `#/shapes/${shape}` }, names[at])),
     h("td", {}, shape === reference ? "reference: the points were chosen on it" : used ? "used" : `left out: ${reason}`),
     matched ? h("td", {}, figure(misfit)) : null));
-  const caption = ["Examples", matched ? "; misfit is the energy of the match with a prototype of all" : ""];
-  return table(caption, ["Shape", "Use", ...(matched ? ["Misfit"] : [])], rows);
+  const caption = ["Examples", matched ? "; energy is that of the match with a prototype of all" : ""];
+  return table(caption, ["Shape", "Use", ...(matched ? ["Energy"] : [])], rows);
 }
