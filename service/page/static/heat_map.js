@@ -9,6 +9,8 @@ const COLORSCALE = "Viridis";
 /** Values above this quantile have the last colour, where there are as many pairs: of few, none is an outlier. */
 const UPPER_QUANTILE = 0.98;
 const LEAST_CLIPPED = 50;
+/** Share of the scale from which on black is easier to read on it than white: there its relative luminance is 0.18. */
+const LIGHT_FROM = 0.43;
 /** Shapes up to which cells have their numbers written in them, and digits of these. */
 const MOST_NUMBERED = 12;
 const CELL_DIGITS = 2;
@@ -31,10 +33,10 @@ const drawn = new WeakSet();
  * Draw a matrix.
  * @param {Object} picture `names` of rows and columns, `labels` or null; `matrix` of numbers, null for no
  *   cell; `end`, see `scaleEnd`; `title` of the colours; `text`, of row and column; `number`, the text of
- *   a number of the matrix with so many digits
+ *   a number of the matrix with so many digits, and `tick`, that of one of the scale
  * @param {function(number, number)} choose called with the row and column of a cell that is clicked
  */
-export async function drawHeatMap(node, { names, labels = null, matrix, end, title, text, number }, choose, signal) {
+export async function drawHeatMap(node, { names, labels = null, matrix, end, title, text, number, tick = number }, choose, signal) {
   const Plotly = await plotly();
   if (signal.aborted) return;
   const order = ordered(labels, names.length);
@@ -45,27 +47,35 @@ export async function drawHeatMap(node, { names, labels = null, matrix, end, tit
     ? { tickvals: order.map((_, at) => at), ticktext: order.map((i) => plain(short[i])) } : classTicks(labels, narrow);
   const gap = names.length <= MOST_GAPS ? 1 : 0;
   const marked = narrow ? NARROW_TICKS : TICKS;
+  const z = order.map((i) => order.map((j) => matrix[i][j]));
+  const isLight = (value) => value !== null && value >= LIGHT_FROM * end.most;
+  const numbered = (holds, color) => (names.length > MOST_NUMBERED ? {} : {
+    text: z.map((row) => row.map((value) => (value !== null && holds(value) ? number(value, CELL_DIGITS) : ""))),
+    texttemplate: "%{text}", textfont: { color },
+  });
   const data = {
     type: "heatmap", colorscale: COLORSCALE, xgap: gap, ygap: gap, hoverinfo: "text",
-    z: order.map((i) => order.map((j) => matrix[i][j])), zmin: 0, zmax: end.most,
+    z, zmin: 0, zmax: end.most,
     hovertext: order.map((i) => order.map((j) => [names[i], names[j], text(i, j)].map(plain).join("<br>"))),
-    ...(names.length > MOST_NUMBERED ? {} : {
-      text: order.map((i) => order.map((j) => (matrix[i][j] === null ? "" : number(matrix[i][j], CELL_DIGITS)))),
-      texttemplate: "%{text}",
-    }),
+    ...numbered((value) => !isLight(value), "white"),
     colorbar: {
       thickness: 12, ticklabeloverflow: "allow",
-      tickvals: marked.map((share) => share * end.most), ticktext: marked.map((share) => tick(share, end, number)),
+      tickvals: marked.map((share) => share * end.most), ticktext: marked.map((share) => tickText(share, end, tick)),
       ...(narrow ? { title: { text: title, side: "top" }, orientation: "h", y: 1, yanchor: "bottom" } : { title: { text: title, side: "right" } }),
     },
   };
+  // The numbers of a heat map have one colour: those of light cells are drawn by another, upon the first.
+  const light = names.length > MOST_NUMBERED ? [] : [{
+    type: "heatmap", colorscale: COLORSCALE, xgap: gap, ygap: gap, hoverinfo: "skip", showscale: false, zmin: 0, zmax: end.most,
+    z: z.map((row) => row.map((value) => (isLight(value) ? value : null))), ...numbered(isLight, "black"),
+  }];
   // Names that are turned end at their columns: beyond the last one there is no room.
   const axis = { ...ticks, automargin: true, autotickangles: [0, -45, -90], showgrid: false, zeroline: false, fixedrange: true };
   const layout = {
     margin: { l: 20, r: 10, t: 10, b: 20 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
     font: { color: colorOf("ink") }, xaxis: axis, yaxis: { ...axis, autorange: "reversed" },
   };
-  await Plotly.react(node, [data], layout, { displaylogo: false, displayModeBar: false, responsive: true });
+  await Plotly.react(node, [data, ...light], layout, { displaylogo: false, displayModeBar: false, responsive: true });
   node.removeAllListeners("plotly_click");
   node.on("plotly_click", ({ points: [{ x, y }] }) => choose(order[y], order[x]));
   if (drawn.has(node)) return;
@@ -92,7 +102,7 @@ export function scaleEnd(matrix) {
   return { most, clipped: sorted.at(-1) > most };
 }
 
-const tick = (share, { most, clipped }, number) => `${share === 1 && clipped ? "≥ " : ""}${number(share * most, TICK_DIGITS)}`;
+const tickText = (share, { most, clipped }, number) => `${share === 1 && clipped ? "≥ " : ""}${number(share * most, TICK_DIGITS)}`;
 
 /** Names in a few letters; long ones often have the same first words, which do not tell shapes apart. */
 export function shortened(names, longest = LONGEST) {

@@ -246,7 +246,8 @@ def test_a_collection_is_compared_on_a_telephone(
         csv = page.get_by_role("link", name="CSV", exact=True)
         expect(csv).to_have_attribute("href", f"/v1/jobs/{job_of(page)}/result.csv")
         heat = page.locator(".heat")
-        expect(heat.locator(".heatmaplayer image")).to_have_count(1)
+        # Light cells are drawn again, with numbers in black.
+        expect(heat.locator(".heatmaplayer image")).to_have_count(2)
         rooted = [[max(0.0, value) ** 0.5 for value in row] for row in result["matrix"]]
         assert heat.evaluate("map => map.data[0].z") == rooted
         greatest = float(f"{max(map(max, result['matrix'])):.3g}")
@@ -257,6 +258,10 @@ def test_a_collection_is_compared_on_a_telephone(
         numbers = heat.locator(".heatmap-label").all_text_contents()
         written = [float(f"{value:.2g}") for row in result["matrix"] for value in row]
         np.testing.assert_allclose(sorted(map(float, numbers)), sorted(written))
+        found = heat.locator(".heatmap-label text").evaluate_all(
+            "texts => texts.map((text) => getComputedStyle(text).fill)"
+        )
+        assert set(found) == {"rgb(0, 0, 0)", "rgb(255, 255, 255)"}
         for name in heat.locator(".xtick text").all():
             box = name.bounding_box()
             assert box is not None
