@@ -2,7 +2,7 @@
 
 import { PATIENCE_FOR_FILES, get, orNull, request } from "./api.js";
 import { carriedColors, drawable, scaleColor, shadesOfFaces, shadesOfVertices } from "./carried_colors.js";
-import { css, distinct } from "./colors.js";
+import { behindNames, css, distinct } from "./colors.js";
 import { fill, h } from "./dom.js";
 import { drawnShape, lifted } from "./drawn_shape.js";
 import { digits, several } from "./format.js";
@@ -55,7 +55,7 @@ async function drawParts(place, parts, result, job, signal) {
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal));
   const show = async (which) => {
     if (result.points !== null) {
-      return Promise.all(scenes.map(async (scene, at) => scene.show(sides[at].mesh.colors, await landmarks(parts[at]))));
+      return Promise.all(scenes.map(async (scene, at) => scene.show(behindNames(sides[at].mesh.colors, true), await landmarks(parts[at]))));
     }
     const { name, at: column } = choices[which];
     // A texture is seen on its own shape as it is.

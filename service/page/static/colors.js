@@ -4,6 +4,8 @@ import { nearestVertex } from "./geometry.js";
 
 /** Share of the points' colours in the surface's; the rest is light grey. */
 const PALE = 0.5;
+/** The same of a shape's own colours, which may be black. */
+const PALE_OWN = 0.3;
 const LIGHT = 235;
 /** Rounds of smoothing of the borders between the colours of points. */
 const ROUNDS = 24;
@@ -36,6 +38,12 @@ export function pointColors(points) {
 
 /** The i-th of a sequence of distinct colours; hues advance by the golden ratio. */
 export const distinct = (i) => fromHsv((0.05 + 0.618034 * i) % 1, 0.85, 0.8);
+
+const pale = (value, share) => share * value + (1 - share) * LIGHT;
+
+/** Own colours of a surface, or null; pale where names of points, which are dark, are drawn in front of them. */
+export const behindNames = (colors, named) => (named && colors !== null
+  ? Float64Array.from(colors, (value) => pale(value, PALE_OWN)) : colors);
 
 export const css = ([red, green, blue]) => `rgb(${red},${green},${blue})`;
 
@@ -76,7 +84,7 @@ export function surfaceColors({ positions, faces }, points, colors) {
     for (let k = 0; k < 3; k++) shades[3 * v + k] = color[k];
   }
   for (let round = 0; round < ROUNDS; round++) shades = smoothed(shades, first, beside, fixed);
-  return shades.map((value) => PALE * value + (1 - PALE) * LIGHT);
+  return shades.map((value) => pale(value, PALE));
 }
 
 /**

@@ -1,6 +1,6 @@
 // The shapes of a match with landmarks on both, turned together.
 
-import { distinct } from "./colors.js";
+import { behindNames, distinct } from "./colors.js";
 import { Corrections } from "./corrections.js";
 import { fill, h, plain } from "./dom.js";
 import { lifted } from "./drawn_shape.js";
@@ -87,7 +87,7 @@ export class LandmarkScenes {
   }
 
   async #draw() {
-    await Promise.all((this.#scenes ?? []).map((scene, at) => scene.show(this.#sides[at].mesh.colors, {
+    await Promise.all((this.#scenes ?? []).map((scene, at) => scene.show(behindNames(this.#sides[at].mesh.colors, this.#options.named), {
       points: this.#points(at), colors: this.#landmarks.map((_, i) => distinct(i)),
       names: this.#landmarks.map(({ label }) => plain(label)), numbered: this.#options.named, ring: this.#selection.shown,
     })));

@@ -1,6 +1,6 @@
 // Landmarks: pairs of vertices known to correspond, clicked on the shapes or typed.
 
-import { css, distinct } from "./colors.js";
+import { behindNames, css, distinct } from "./colors.js";
 import { h, fill, button } from "./dom.js";
 import { drawnShape, lifted, rotate } from "./drawn_shape.js";
 import { nearestVertex, pointAt } from "./geometry.js";
@@ -136,7 +136,7 @@ async function drawn(place, sides, pick, signal) {
     h("figcaption", {}, h("span", { class: "faint" }, `${end} `), shape.name))));
   sides.forEach((side) => rotate(side, sourceView(side.geometry.positions)));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal, { picked: true }));
-  await Promise.all(scenes.map((scene, at) => scene.show(sides[at].mesh.colors)));
+  await Promise.all(scenes.map((scene, at) => scene.show(behindNames(sides[at].mesh.colors, true))));
   if (signal.aborted) return null;
   scenes.forEach((scene, at) => scene.pick((vertex) => pick(at, numberOf(sides[at], vertex))));
   place.dataset.ready = "true";
@@ -153,7 +153,7 @@ function numberOf({ mesh, geometry }, vertex) {
 function drawMarks(scene, side, numbers) {
   const there = numbers.map((number) => (number === null ? undefined : side.place(number)));
   const shown = there.flatMap((place, i) => (place === undefined ? [] : [i]));
-  scene.show(side.mesh.colors, {
+  scene.show(behindNames(side.mesh.colors, true), {
     points: shown.map((i) => lifted(side, [there[i]], [1])),
     colors: shown.map(distinct),
     names: shown.map((i) => String(i + 1)),

@@ -1,6 +1,6 @@
 // The shapes of a match side by side, turned together and with matched points in the same colours.
 
-import { pointColors, surfaceColors, transferredColors } from "./colors.js";
+import { behindNames, pointColors, surfaceColors, transferredColors } from "./colors.js";
 import { h, fill } from "./dom.js";
 import { drawnPrototype, drawnShape, lifted, rotate } from "./drawn_shape.js";
 import { pointAt } from "./geometry.js";
@@ -47,7 +47,7 @@ export async function matchScenes(place, result, source, target, selection, sign
     const names = correspondences.map((_, pair) => String(pair + 1));
     const shades = shadesOf(sides, points, colors, dense);
     again = () => Promise.all(scenes.map((scene, at) =>
-      scene.show(options.colored && colors.length > 0 ? shades(at) : sides[at].mesh.colors, {
+      scene.show(options.colored && colors.length > 0 ? shades(at) : behindNames(sides[at].mesh.colors, options.numbered), {
         points: points[at], colors, names, numbered: options.numbered, ring: selection.shown,
       })));
     await again();

@@ -172,6 +172,17 @@ def test_points_have_the_colours_of_pictures(page: Page) -> None:
         np.testing.assert_allclose(found, 255.0 * point_colors(points), atol=0.5 + 1e-6)
 
 
+def test_own_colours_are_pale_behind_names(page: Page) -> None:
+    body = """const colors = Uint8Array.from(given);
+        return [true, false].map((named) => Array.from(m.behindNames(colors, named)))"""
+    behind, alone = call(page, "colors", body, [0, 120, 255])
+    assert alone == [0, 120, 255]
+    assert behind == sorted(behind)
+    # Names are dark: the darkest of the colours is not.
+    assert 160 < behind[0] < behind[2] < 255
+    assert call(page, "colors", "return m.behindNames(given, true)", None) is None
+
+
 def test_numbers_of_heat_maps_are_those_of_pictures(page: Page) -> None:
     values = [0.0, 1e-5, 0.00098, 0.0123, 0.5, 1.0, 9.96, 123.4, 99999.0, 1.26e7]
     for significant in (2, 3):
