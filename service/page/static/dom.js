@@ -64,7 +64,7 @@ export function button(text, action, attributes = {}) {
   return node;
 }
 
-/** Text for plotly.js, which takes some tags for markup. */
+/** Text for plotly.js, which takes some tags for markup, but in drawings in space. */
 export function plain(text) {
   return text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll(">", "&gt;");
 }

@@ -31,7 +31,8 @@ export async function jobView(place, [id], signal) {
   const body = h("div");
   fill(place, head, body);
   let job = await get(path, signal);
-  const untitled = document.title = `${kindName(job.kind)} – isomatch`;
+  const untitled = `${kindName(job.kind)} – isomatch`;
+  document.title = untitled;
   const status = statusOf(job);
   titleOf(job, signal).then((text) => {
     status.title.textContent = text;

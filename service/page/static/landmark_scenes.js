@@ -2,7 +2,7 @@
 
 import { behindNames, distinct } from "./colors.js";
 import { Corrections } from "./corrections.js";
-import { fill, h, plain } from "./dom.js";
+import { fill, h } from "./dom.js";
 import { lifted } from "./drawn_shape.js";
 import { caption, join, obstacle, toggle } from "./match_scenes.js";
 import { Scene } from "./scene.js";
@@ -89,7 +89,7 @@ export class LandmarkScenes {
   async #draw() {
     await Promise.all((this.#scenes ?? []).map((scene, at) => scene.show(behindNames(this.#sides[at].mesh.colors, this.#options.named), {
       points: this.#points(at), colors: this.#landmarks.map((_, i) => distinct(i)),
-      names: this.#landmarks.map(({ label }) => plain(label)), numbered: this.#options.named, ring: this.#selection.shown,
+      names: this.#landmarks.map(({ label }) => label), numbered: this.#options.named, ring: this.#selection.shown,
     })));
     if (this.#landmarks.length > 0) this.#place.dataset.drawn = String(this.#landmarks.length);
   }

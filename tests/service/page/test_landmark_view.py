@@ -121,7 +121,7 @@ def test_landmarks_are_carried_and_named(
     source, target = (view.locator(f".scene[data-side={side}]") for side in ("source", "target"))
     for scene in (source, target):
         drawn = scene.evaluate("s => s.data[1].text")
-        assert drawn == ["tip, left", "&lt;b&gt;apex", "side", "lost"]
+        assert drawn == ["tip, left", "<b>apex", "side", "lost"]
     expect(view.get_by_role("heading").get_by_role("link").last).to_have_text("specimen.one.off")
     found = saved(view, "mrk.json", tmp_path)
     assert found.labels == LABELS
