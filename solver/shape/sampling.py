@@ -117,12 +117,13 @@ def farthest_point_sampling(
     start = first or (extremity(metric),)
     indices = np.empty(count, dtype=np.int64)
     radii = np.empty(count)
-    distances = np.zeros((count, count))
+    squares = np.zeros((count, count))
     for i, (vertex, row, radius) in enumerate(farthest_first(row_of, start, count)):
         indices[i], radii[i] = vertex, radius
-        distances[i, :i] = distances[:i, i] = row[indices[:i]]
+        if embedded is not None:
+            squares[i, :i] = squares[:i, i] = row[indices[:i]]
     if embedded is not None:
-        return FarthestPointSampling(indices, np.sqrt(radii), np.sqrt(distances))
+        return FarthestPointSampling(indices, np.sqrt(radii), np.sqrt(squares))
     # Of two directions that differ, the metric decides, so that the order does not matter.
     return FarthestPointSampling(indices, radii, metric.between(indices))
 

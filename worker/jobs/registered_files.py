@@ -146,9 +146,9 @@ def _surface(
     if template is None or template.colors is None:
         return WrittenSurface(name, vertices, faces, ())
     colors = colors_of_file(template, template.colors)
-    return WrittenSurface(
-        name, vertices, faces, (replace(colors, values=colors.values[: len(vertices)]),)
-    )
+    # Arrays that an earlier version stored end with the last used vertex.
+    colors = replace(colors, values=colors.values[: len(vertices)])
+    return WrittenSurface(name, vertices, faces, (colors,))
 
 
 def _matched_mesh(shape: str, payload: MatchPayload, store: Store) -> TriangleMesh:

@@ -74,6 +74,7 @@ class Counted(dict[tuple[int, int, int], float]):
 
     scans = 0
 
+    # The class of a dictionary's own views has no name.
     def items(self) -> ItemsView[tuple[int, int, int], float]:  # type: ignore[override]
         self.scans += 1
         return super().items()
