@@ -39,9 +39,9 @@ class BatchMatch(BaseModel):
         description="Name of the target, of the request or as stored; null in batches of earlier"
         " versions."
     )
-    job: str | None = Field(
+    job: str = Field(
         description="Id of the job of this match: its result, files and transfers are those of any"
-        " other match. Null if the batch was cancelled before this match had its turn."
+        " other match."
     )
     state: JobState = Field(description="State of the match.")
     fraction: float = Field(ge=0, le=1, description="Share of the match that is done.")

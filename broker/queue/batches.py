@@ -86,35 +86,41 @@ class Batches:
         return tuple(_match(record, place, *one) for place, one in enumerate(known))
 
     def waiting_match(self, match: str) -> JobRecord | None:
-        """Return a match of an active batch that is not queued yet; None if there is none."""
+        """Return a match that was never queued, as it is now; None if there is none.
+
+        It is queued, or cancelled together with its batch.
+        """
         found = self._waiting(match)
         if found is None:
             return None
-        # It is created when it is queued; until then it has the time of the batch.
-        return new_batch_match(*found).model_copy(update={"created": found[0].created})
+        batch = found[0]
+        # It is created when it is queued; until then it has the times of the batch.
+        times = {"created": batch.created, "ended": batch.ended}
+        return new_batch_match(*found).model_copy(update={"state": _unqueued(batch), **times})
+
+    def expired(self, match: str) -> bool:
+        """Return whether a match has expired together with its batch, which never queued it."""
+        batch = match.rpartition("-")[0]
+        return self.store.jobs.expired(batch) and not self.store.jobs.exists(batch)
 
     def queue_waiting(self, match: str) -> None:
         """Queue a match of an active batch before its turn, unless it is or was queued."""
         # Any change of the batch meanwhile prevents it, a report of progress, too.
-        while (found := self._waiting(match)) is not None:
+        while (found := self._waiting(match)) is not None and not found[0].state.ended:
             self._queue(*found)
 
-    def cancel(self, record: JobRecord) -> None:
-        """Cancel the matches of a batch that is cancelled: no further ones will be queued."""
-        for place, state in enumerate(self._states(record)):
-            if state is None or state.ended:
-                continue
-            match = batch_match_id(record.id, place)
-            if self.store.jobs.cancel(match) is JobState.CANCELLED:
-                self.rq.withdraw(match)
+    def live(self, record: JobRecord) -> list[str]:
+        """Return the ids of the matches of a batch that are queued or running."""
+        states = enumerate(self._states(record))
+        return [batch_match_id(record.id, at) for at, one in states if one and not one.ended]
 
     def _active(self, batch: str) -> JobRecord | None:
         record = self.store.jobs.get(batch)
         return None if record is None or record.state.ended else record
 
     def _waiting(self, match: str) -> tuple[JobRecord, int] | None:
-        """Batch of a match that is not queued yet, and its place there."""
-        record = self._active(match.rpartition("-")[0])
+        """Batch of a match that was never queued, and its place there."""
+        record = self.store.jobs.get(match.rpartition("-")[0])
         if record is None or not isinstance(record.payload, BatchPayload):
             return None
         names = [batch_match_id(record.id, place) for place in range(len(record.payload.targets))]
@@ -185,6 +191,11 @@ class Batches:
             self.store.counters.observe(record.kind, {"total": seconds})
 
 
+def _unqueued(batch: JobRecord) -> JobState:
+    """State of a match that was never queued: none is any more when its batch has ended."""
+    return JobState.CANCELLED if batch.state.ended else JobState.QUEUED
+
+
 def _match(
     batch: JobRecord,
     place: int,
@@ -196,8 +207,7 @@ def _match(
     assert isinstance(payload, BatchPayload)
     error = None if record is None else record.error
     if state is None:
-        # No match of a batch that has ended is queued any more.
-        shown = JobState.CANCELLED if batch.state.ended else JobState.QUEUED
+        shown = _unqueued(batch)
     elif record is None:
         shown, error = state, _EXPIRED
     else:
@@ -205,7 +215,7 @@ def _match(
     return BatchMatch(
         target=payload.targets[place],
         target_name=payload.target_names[place],
-        job=None if state is None and batch.state.ended else batch_match_id(batch.id, place),
+        job=batch_match_id(batch.id, place),
         state=shown,
         fraction=0.0 if record is None else record.progress.fraction,
         error=error,

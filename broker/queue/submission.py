@@ -212,11 +212,15 @@ class JobQueue:
     def job(self, job_id: str) -> JobRecord | None:
         """Return a job in its present state, or None if it does not exist (any more).
 
-        A match of a batch is a queued job before it is in a queue.
+        A match of a batch is a job before it is in a queue: queued, or cancelled with its batch.
         """
         jobs = self.store.jobs
         # What waited may have been queued meanwhile.
         return jobs.get(job_id) or self.batches.waiting_match(job_id) or jobs.get(job_id)
+
+    def expired(self, job_id: str) -> bool:
+        """Return whether a job that does not exist has expired."""
+        return self.store.jobs.expired(job_id) or self.batches.expired(job_id)
 
     def cancel(self, job_id: str) -> None:
         """Cancel a job that has not ended, with all its parts and the spectra it alone needs."""
@@ -235,7 +239,9 @@ class JobQueue:
         elif after is JobState.CANCELLED and isinstance(record.payload, UploadPayload):
             self.store.uploads.reject(record.payload.upload, record.payload.file_type, job_id)
         elif after is JobState.CANCELLED and record.kind is JobKind.BATCH:
-            self.batches.cancel(record)
+            # The others will not be queued any more.
+            for match in self.batches.live(record):
+                self.cancel(match)
 
     def resume(self, record: JobRecord) -> None:
         """Queue a lost job again."""

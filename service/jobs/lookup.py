@@ -22,7 +22,7 @@ JobId = Annotated[str, Path(description="Id of the job.", pattern=ID_PATTERN)]
 
 def missing(service: Service, job_id: str) -> ApiProblem:
     """Return the problem that a job is not there."""
-    if service.store.jobs.expired(job_id):
+    if service.queue.expired(job_id):
         return JobExpired("The job ended long ago and is no longer kept.")
     return JobNotFound(f"There is no job {job_id}.")
 

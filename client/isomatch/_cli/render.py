@@ -159,7 +159,7 @@ def print_batch(result: Batch, console: Console) -> None:
         summary = match.summary
         order = "" if summary is None else f"{summary.distortion.second_order:.6g}"
         name = match.target_name or match.target
-        table.add_row(*map(Text, (name, match.state, _short(match), order, match.job or "")))
+        table.add_row(*map(Text, (name, match.state, _short(match), order, match.job)))
     console.print(table)
     rows = {"succeeded": f"{result.succeeded} of {len(result.matches)}"}
     if "total" in result.timings:

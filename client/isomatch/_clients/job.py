@@ -257,8 +257,6 @@ class Job(RecordedJob, Generic[ResultT]):
     def ended_matches(self) -> Generator["Job[Match]"]:
         """Yield the job of each match of a batch as soon as it has ended, until all have.
 
-        Matches that never had their turn because the batch was cancelled have no job.
-
         Raises
         ------
         Conflict

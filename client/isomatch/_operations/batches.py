@@ -43,6 +43,6 @@ class EndedMatches:
     def new(self, progress: BatchProgress) -> Iterator[str]:
         """Yield the ids of the jobs that have ended since this was called before."""
         for one in progress.matches:
-            if one.finished and one.job is not None and one.job not in self._told:
+            if one.finished and one.job not in self._told:
                 self._told.add(one.job)
                 yield one.job

@@ -40,7 +40,7 @@ class BatchMatch(Answer):
     target, target_name
         Id of the target, and its name: that in the request, else the stored one, else None.
     job
-        Id of the job of this match; None if the batch was cancelled before its turn.
+        Id of the job of this match:
         ``client.job(match.job).result()`` is the :class:`isomatch.Match`, and
         ``client.job(match.job).cancel()`` cancels this match alone.
     state
@@ -55,7 +55,7 @@ class BatchMatch(Answer):
 
     target: str
     target_name: str | None
-    job: str | None
+    job: str
     state: JobState
     fraction: FiniteFloat
     error: Problem | None

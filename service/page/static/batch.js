@@ -51,7 +51,7 @@ async function rowsOf(matches, signal) {
 
 function row({ job, state, error, summary }, name) {
   return h("tr", {},
-    h("th", { scope: "row" }, job === null ? name : h("a", { href: `#/jobs/${job}` }, name)),
+    h("th", { scope: "row" }, h("a", { href: `#/jobs/${job}` }, name)),
     h("td", {}, h("span", { class: `state ${state}` }, stateName(state))),
     h("td", {}, error ? error.detail : summary && confidenceBadge(summary)),
     h("td", {}, summary ? figure(summary.distortion.second_order) : null));

@@ -86,7 +86,7 @@ function sentence(job, { all, template, fits }) {
 
 function row({ match, name, stem, carried, problem }) {
   const view = carried !== null || match.state === "succeeded" ? "landmarks" : "jobs";
-  const head = h("th", { scope: "row" }, match.job === null ? name : h("a", { href: `#/${view}/${match.job}` }, name));
+  const head = h("th", { scope: "row" }, h("a", { href: `#/${view}/${match.job}` }, name));
   if (carried === null) {
     const state = h("span", { class: `state ${match.state}` }, match.state === "succeeded" ? "matched" : stateName(match.state));
     const said = problem?.message ?? match.error?.detail ?? state;

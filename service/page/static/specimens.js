@@ -47,7 +47,7 @@ export class Specimens extends EventTarget {
     this.fits = keepLandmarks(this.#batch, this.template);
     for (const one of this.all) {
       [one.carried, one.problem] = [null, null];
-      if (one.match.job !== null) dropLandmarks(one.match.job);
+      dropLandmarks(one.match.job);
     }
     this.#tell();
     this.work();
@@ -106,6 +106,6 @@ function specimensOf(matches) {
     let stem = usable;
     for (let number = 2; taken.has(stem); number++) stem = `${usable}-${number}`;
     taken.add(stem);
-    return { match, name, stem, carried: match.job === null ? null : keptLandmarks(match.job), problem: null };
+    return { match, name, stem, carried: keptLandmarks(match.job), problem: null };
   });
 }

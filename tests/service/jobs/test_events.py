@@ -108,6 +108,33 @@ def test_events_follow_the_job_until_it_has_ended(
         assert [event["id"] for event in told_of(stream)] == [last["id"]]
 
 
+def test_a_match_that_waits_ends_with_its_batch(
+    lasting: tuple[httpx2.Client, Api, Json],
+) -> None:
+    http, api, match = lasting
+    body = {"source": match["source"], "targets": [match["target"]] * 2, "points": 8}
+    batch: Json = http.post("/v1/batches", json=body).json()
+    waiting: Json = http.get(f"/v1/jobs/{batch['id']}-2").json()
+    with follow(http, waiting) as stream:
+        coming = told_of(stream)
+        assert json.loads(next(coming)["data"]) == waiting
+        ended = http.delete(batch["links"]["self"]).json()["ended"]
+        last = next(coming)
+        cancelled = json.loads(last["data"])
+        assert (cancelled["state"], cancelled["ended"]) == ("cancelled", ended)
+        assert list(coming) == []
+    with follow(http, waiting, last["id"]) as stream:
+        assert stream.status_code == 204
+    for ask in http.get, http.delete:
+        assert ask(waiting["links"]["self"]).json() == cancelled
+    problem(http.get(waiting["links"]["result"]), 409, "job-without-result")
+    problem(http.get(f"/v1/jobs/{batch['id']}-3"), 404, "job-not-found")
+    for job in http.get(f"/v1/batches/{batch['id']}").json()["matches"]:
+        assert job["state"] == http.get(f"/v1/jobs/{job['job']}").json()["state"] == "cancelled"
+    api.store.client.delete(DEFAULT_KEYS.job(batch["id"]))
+    problem(http.get(waiting["links"]["self"]), 410, "job-expired")
+
+
 def test_the_last_event_is_not_repeated(lasting: tuple[httpx2.Client, Api, Json]) -> None:
     http, api, job = lasting
     with follow(http, job) as stream:
