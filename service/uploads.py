@@ -104,8 +104,6 @@ class _Records(Protocol[KeptT]):
 
     def lost(self, record_id: str, /) -> bool: ...
 
-    def delete(self, record_id: str, /) -> bool: ...
-
 
 @dataclass(frozen=True)
 class UploadKind(Generic[RecordT]):
@@ -247,12 +245,13 @@ class UploadKind(Generic[RecordT]):
         """
         records = self.records(service.store)
         record = records.get(record_id)
-        if record is not None:
-            return self.show(record)
         deferred = service.store.uploads.deferred(record_id)
         job = None if deferred is None else service.store.jobs.get(deferred)
-        if job is not None and not job.state.ended:
+        # A record whose content is lost is being restored.
+        if job is not None and not job.state.ended and (record is None or records.lost(record_id)):
             return self._still_validating(service, record_id, job)
+        if record is not None:
+            return self.show(record)
         if job is not None and job.error is not None:
             raise Reported(job.error)
         return None
@@ -273,8 +272,8 @@ class UploadKind(Generic[RecordT]):
         if known is not None and not records.lost(payload.upload):
             return known, ""
         if known is not None:
+            # The record stays: an equal upload may be restoring it now.
             log.warning("lost content is uploaded again", upload=payload.upload)
-            records.delete(payload.upload)
         order = RequestOrigin(sender.request_id, sender.caller)
         return None, service.queue.submit_validation(payload, data, order)
 
@@ -283,11 +282,13 @@ class UploadKind(Generic[RecordT]):
     ) -> Response:
         if job is not None and job.state is JobState.FAILED and job.error is not None:
             raise Reported(job.error)
-        record = self.records(service.store).get(payload.upload)
-        if record is not None:
+        records = self.records(service.store)
+        record = records.get(payload.upload)
+        succeeded = job is not None and job.state is JobState.SUCCEEDED
+        if record is not None and (succeeded or not records.lost(payload.upload)):
             self._wait_for_disk(service, payload, job_id)
             return self.show(self.named(record, payload.name), 201)
-        if job is not None and job.state is JobState.SUCCEEDED:
+        if succeeded:
             raise self._deleted_at_once()
         if job is None or job.state.ended:
             raise UploadCancelled(

@@ -101,7 +101,7 @@ class Prototypes:
         geometry: bytes,
         job_id: str | None = None,
     ) -> PrototypeRecord:
-        """Store a prototype, unless it exists already.
+        """Store a prototype, unless it exists already; lost bytes of it are restored.
 
         Parameters
         ----------
@@ -134,9 +134,10 @@ class Prototypes:
         parts = self.blobs.put_all(dict(contents))
         with self.client.pipeline() as pipe:
             while True:
-                pipe.watch(key, self.keys.prototype_versions(name))
+                pipe.watch(key, self.keys.prototype_versions(name), *parts)
                 known = self.get(record.id)
                 last = int(self.client.get(self.keys.prototype_versions(name)) or 0)
+                is_lost = known is None or self.lost(record.id)
                 stored = known or record.model_copy(update={"version": last + 1})
                 try:
                     if known is None:
@@ -145,7 +146,10 @@ class Prototypes:
                     for candidate in candidates:
                         self.blobs.look_up(candidate, pipe)
                     if known is None:
-                        self._put(stored, parts, pipe)
+                        self._put(stored, pipe)
+                    if is_lost:
+                        for part, reference in parts.items():
+                            self.blobs.link(part, reference, pipe)
                     self._extend(stored, pipe)
                     if job_id is not None:
                         delete_candidate(self.keys, record.id, ARCHIVE_TYPE, job_id, pipe)
@@ -184,12 +188,8 @@ class Prototypes:
         self.blobs.discard(zip(names, stored, strict=False))
         return bool(existed)
 
-    def _put(
-        self, record: PrototypeRecord, parts: Mapping[str, BlobReference], pipe: Pipeline
-    ) -> None:
+    def _put(self, record: PrototypeRecord, pipe: Pipeline) -> None:
         created = record.created.timestamp()
-        for name, reference in parts.items():
-            self.blobs.link(name, reference, pipe)
         pipe.set(self.keys.prototype(record.id), record.model_dump_json())
         pipe.set(self.keys.prototype_tombstone(record.id), b"")
         pipe.set(self.keys.prototype_versions(record.name), record.version)

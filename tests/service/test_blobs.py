@@ -9,7 +9,9 @@ import httpx2
 import pytest
 
 from broker.blobs.directory import DirectoryBlobs
-from broker.store import DEFAULT_KEYS, PREFIX, Store
+from broker.contracts import shape_id
+from broker.queue import JobQueue, QueueSettings
+from broker.store import DEFAULT_KEYS, PREFIX, Shapes, Store
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
@@ -23,6 +25,7 @@ from tests.service.conftest import (
     served_api,
 )
 from tests.worker.figures import blob_file
+from worker.jobs.runner import Runner
 
 QUICK = {"points": 3, "orientation": False}
 
@@ -72,11 +75,14 @@ def test_lost_content_is_told(
     assert http.get(f"/v1/shapes/{shape}/mesh").content == data
 
 
-@pytest.mark.parametrize("key", [DEFAULT_KEYS.shape_mesh, DEFAULT_KEYS.shape_upload])
+# The blobs that are not lost are left to the sweep: each case has a shape of its own.
+@pytest.mark.parametrize(
+    ("seed", "key"), [(330, DEFAULT_KEYS.shape_mesh), (333, DEFAULT_KEYS.shape_upload)]
+)
 def test_an_upload_restores_lost_content(
-    api: Api, http: httpx2.Client, upload: Callable[..., Json], key: Callable[[str], str]
+    api: Api, http: httpx2.Client, upload: Callable[..., Json], seed: int, key: Callable[[str], str]
 ) -> None:
-    data = blob_file(2, seed=330)
+    data = blob_file(2, seed=seed)
     shape = upload(data)["id"]
     path_of(api.store, key(shape)).unlink()
     upload(data)
@@ -84,6 +90,66 @@ def test_an_upload_restores_lost_content(
     asked = http.post("/v1/matches", json={"source": shape, "target": shape, **QUICK})
     job = http.get(f"/v1/jobs/{asked.json()['id']}", params={"wait": 60}).json()
     assert job["state"] == "succeeded", job
+
+
+def test_an_upload_leaves_content_that_another_has_restored(
+    server: EmbeddedServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, is_lost = blob_file(2, seed=331), Shapes.lost
+    others: list[Callable[[], None]] = []
+
+    def restored_meanwhile(shapes: Shapes, shape: str) -> bool:
+        found = is_lost(shapes, shape)
+        while others:
+            others.pop()()
+        return found
+
+    monkeypatch.setattr(Shapes, "lost", restored_meanwhile)
+    # No worker serves this database: the test does what one would do.
+    with (
+        idle_api(server, validation_wait=0) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        queue = JobQueue(api.store, QueueSettings())
+
+        def sent() -> httpx2.Response:
+            return http.post("/v1/shapes", files={"file": ("a.off", data)})
+
+        def restore() -> None:
+            Runner(queue, "runner").run(sent().json()["id"])
+
+        restore()
+        shape = shape_id(data)
+        path_of(api.store, DEFAULT_KEYS.shape_mesh(shape)).unlink()
+        others.append(restore)
+        assert sent().status_code == 201
+        assert api.store.shapes.mesh(shape) is not None
+
+
+def test_lost_content_is_named_until_it_is_restored(server: EmbeddedServer) -> None:
+    data = blob_file(2, seed=332)
+    with (
+        idle_api(server, validation_wait=0) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        queue = JobQueue(api.store, QueueSettings())
+
+        def sent() -> httpx2.Response:
+            return http.post("/v1/shapes", files={"file": ("a.off", data)})
+
+        Runner(queue, "runner").run(sent().json()["id"])
+        shape = sent().json()["id"]
+        path_of(api.store, DEFAULT_KEYS.shape_upload(shape)).unlink()
+        first, second = sent(), sent()
+        assert (first.status_code, second.json()) == (202, first.json())
+        assert http.get(first.headers["location"]).status_code == 202
+        problem(http.get(f"/v1/shapes/{shape}/mesh"), 410, "content-lost")
+        # What cannot be restored is not deleted either.
+        api.store.jobs.cancel(first.json()["id"])
+        assert http.get(first.headers["location"]).status_code == 200
+        problem(http.get(f"/v1/shapes/{shape}/mesh"), 410, "content-lost")
+        Runner(queue, "runner").run(sent().json()["id"])
+        assert http.get(f"/v1/shapes/{shape}/mesh").content == data
 
 
 def test_results_that_are_lost_are_told(

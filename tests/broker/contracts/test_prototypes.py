@@ -46,6 +46,18 @@ def test_versions_are_counted_by_name_and_never_reused(store: Store) -> None:
     assert len(prototypes.page(10, None).items) == 3
 
 
+def test_an_archive_that_is_lost_is_restored_to_its_version(store: Store) -> None:
+    prototypes = store.prototypes
+    first = prototypes.add(record("a", "1"), b"archive", b"geometry")
+    assert prototypes.add(record("a", "2"), b"archive", b"geometry").version == 2
+    reference = store.blobs.reference(DEFAULT_KEYS.prototype_archive("p-1"))
+    store.blobs.discard([(DEFAULT_KEYS.prototype_archive("p-1"), reference)])
+    assert prototypes.lost("p-1")
+    assert prototypes.add(record("a", "1"), b"archive", b"geometry") == first
+    assert prototypes.archive("p-1") == b"archive"
+    assert prototypes.add(record("a", "3"), b"archive", b"geometry").version == 3
+
+
 def cached(store: Store) -> list[str]:
     """Names of what is in the cache."""
     prefix = Keys.cached_spectrum("")
