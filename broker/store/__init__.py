@@ -34,7 +34,7 @@ from broker.store.replies import text
 from broker.store.results import Results
 from broker.store.shapes import Shapes
 from broker.store.spectra import Spectra, SpectrumCounts
-from broker.store.uploads import Uploads
+from broker.store.uploads import CandidateGone, Uploads
 from broker.store.webhooks import Webhooks
 
 __all__ = [
@@ -48,6 +48,7 @@ __all__ = [
     "Attributes",
     "BlobReference",
     "Blobs",
+    "CandidateGone",
     "Chunks",
     "CircuitBreaker",
     "ClaimStatus",

@@ -12,7 +12,7 @@ from broker.store.connections import StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.quotas import QuotaExceeded, Quotas
 from broker.store.records import read_record
-from broker.store.uploads import delete_candidate
+from broker.store.uploads import delete_candidate, watch_candidate
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,13 @@ class Attributes:
         """Whether a file that does not exist has expired (and was not deleted)."""
         return bool(self.client.exists(self.keys.attributes_tombstone(attributes_id)))
 
-    def add(self, record: AttributesRecord, data: bytes, job_id: str) -> None:
+    def accept(self, record: AttributesRecord, data: bytes, job_id: str) -> None:
         """Store a file made of a job's candidate, all at once.
 
         Raises
         ------
+        CandidateGone
+            It has expired, was rejected, or has been stored.
         QuotaExceeded
             The tenant has as many bytes as it may have.
         """
@@ -76,6 +78,8 @@ class Attributes:
         with self.client.pipeline() as pipe:
             while True:
                 try:
+                    # As for a shape, blobs of a candidate that is gone are left to the sweep.
+                    watch_candidate(candidate, pipe)
                     # Its bytes have been counted, as the candidate's.
                     quotas.check(0, pipe=pipe)
                     pipe.multi()
@@ -87,7 +91,7 @@ class Attributes:
                     delete_candidate(self.keys, record.id, record.file_type, job_id, pipe)
                     validated, *_ = pipe.execute()
                 except WatchError:
-                    # The tenant got something else meanwhile.
+                    # The candidate is gone, or the tenant got something else meanwhile.
                     continue
                 except QuotaExceeded:
                     self.blobs.discard([(key, stored)])

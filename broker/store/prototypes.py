@@ -15,7 +15,7 @@ from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
 from broker.store.quotas import QuotaExceeded, Quotas
 from broker.store.records import read_record, readable_records
-from broker.store.uploads import delete_candidate
+from broker.store.uploads import delete_candidate, watch_candidate
 
 
 @dataclass(frozen=True)
@@ -121,6 +121,8 @@ class Prototypes:
 
         Raises
         ------
+        CandidateGone
+            The candidate has expired, was rejected, or has been stored.
         QuotaExceeded
             The tenant has as many bytes as it may have.
         """
@@ -135,6 +137,8 @@ class Prototypes:
         with self.client.pipeline() as pipe:
             while True:
                 pipe.watch(key, self.keys.prototype_versions(name), *parts)
+                for candidate in candidates:
+                    watch_candidate(candidate, pipe)
                 known = self.get(record.id)
                 last = int(self.client.get(self.keys.prototype_versions(name)) or 0)
                 is_lost = known is None or self.lost(record.id)

@@ -16,7 +16,7 @@ from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
 from broker.store.quotas import QuotaExceeded, Quotas
 from broker.store.records import read_record, readable_records
-from broker.store.uploads import delete_candidate
+from broker.store.uploads import CandidateGone, delete_candidate, watch_candidate
 
 _ACCEPT_SECONDS: Final = 60
 """Seconds for which an accepted candidate is kept at least, until it is a shape."""
@@ -119,8 +119,8 @@ class Shapes:
 
     def accept(
         self, record: ShapeRecord, upload: bytes, mesh: bytes, geometry: bytes, job_id: str
-    ) -> bool:
-        """Store a shape made of a job's candidate, all at once; False if that has expired.
+    ) -> None:
+        """Store a shape made of a job's candidate, all at once.
 
         Parameters
         ----------
@@ -133,13 +133,15 @@ class Shapes:
 
         Raises
         ------
+        CandidateGone
+            It has expired, was rejected, or has been stored.
         QuotaExceeded
             The tenant has as many shapes or bytes as it may have.
         """
         candidate = self.keys.candidate(record.id, record.file_type, job_id)
         # If this process dies now, the repeated job must still find the candidate.
         if not self.client.expire(candidate, max(self.settings.candidate_ttl, _ACCEPT_SECONDS)):
-            return False
+            raise CandidateGone
         contents = zip(self._bytes_of(record.id), (upload, mesh, geometry), strict=True)
         stored = self.blobs.put_all(dict(contents))
         # The candidate has been counted, and is deleted.
@@ -148,6 +150,9 @@ class Shapes:
             while True:
                 try:
                     self._check_quota(record.id, size, pipe)
+                    # It is gone, too, if only the reply to the transaction was lost: then the blobs
+                    # are in use. Otherwise they are left to the sweep.
+                    watch_candidate(candidate, pipe)
                     pipe.multi()
                     self.blobs.look_up(candidate, pipe)
                     for name, reference in stored.items():
@@ -159,13 +164,13 @@ class Shapes:
                     delete_candidate(self.keys, record.id, record.file_type, job_id, pipe)
                     validated, *_ = pipe.execute()
                 except WatchError:
-                    # The tenant got something else meanwhile.
+                    # The candidate is gone, or the tenant got something else meanwhile.
                     continue
                 except QuotaExceeded:
                     self.blobs.discard(stored.items())
                     raise
                 self.blobs.discard([(candidate, validated)])
-                return True
+                return
 
     def _check_quota(self, shape_id: str, size: int, pipe: Pipeline) -> None:
         if self.get(shape_id) is None:

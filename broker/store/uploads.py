@@ -12,6 +12,10 @@ from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.replies import text
 
 
+class CandidateGone(Exception):
+    """A job's candidate has expired, was rejected, or has been stored."""
+
+
 @dataclass(frozen=True)
 class Uploads:
     """Uploads that are being validated, by the id of the shape or prototype they will become.
@@ -59,9 +63,18 @@ class Uploads:
         self.blobs.link(key, stored, pipe)
         pipe.expire(key, ttl)
 
-    def candidate(self, upload_id: str, file_type: str, job_id: str) -> bytes | None:
-        """Return the uploaded bytes that a job validates."""
-        return self.blobs.get(self.keys.candidate(upload_id, file_type, job_id))
+    def candidate(self, upload_id: str, file_type: str, job_id: str) -> bytes:
+        """Return the uploaded bytes that a job validates.
+
+        Raises
+        ------
+        CandidateGone
+            They are not kept any more.
+        """
+        data = self.blobs.get(self.keys.candidate(upload_id, file_type, job_id))
+        if data is None:
+            raise CandidateGone
+        return data
 
     def reject(self, upload_id: str, file_type: str, job_id: str) -> None:
         """Delete a job's candidate; an equal one that another job validates stays."""
@@ -79,6 +92,19 @@ class Uploads:
     def deferred(self, upload_id: str) -> str | None:
         """Return the validation job of an upload whose response did not wait for it."""
         return text(self.client.get(self.keys.deferred(upload_id)))
+
+
+def watch_candidate(key: str, pipe: Pipeline) -> None:
+    """Let a transaction fail if a job's candidate is gone by then.
+
+    Raises
+    ------
+    CandidateGone
+        It is gone now.
+    """
+    pipe.watch(key)
+    if not pipe.exists(key):  # sent at once, before the transaction
+        raise CandidateGone
 
 
 def delete_candidate(

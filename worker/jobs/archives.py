@@ -22,9 +22,10 @@ from solver.prototype.mixtures import GaussianMixtures
 from solver.shape import Shape
 from solver.shape.choices import NoDescriptor
 from worker.jobs.context import JobContext
-from worker.jobs.failures import PrototypeGone, UploadGone
+from worker.jobs.failures import PrototypeGone
 from worker.jobs.options import choice_of
 from worker.jobs.torus import torus_file
+from worker.jobs.uploads import stored_once
 from worker.pictures import packed_prototype
 
 _GREATEST: Final = 1e64
@@ -49,16 +50,12 @@ def validate_prototype(payload: PrototypeValidationPayload, context: JobContext)
         The upload has expired.
     """
     prototypes, job = context.store.prototypes, context.record
-    data = context.store.uploads.candidate(payload.prototype, payload.file_type, job.id)
-    if data is None:
-        # Either the job is repeated after it has stored the prototype, or the upload has expired.
-        if prototypes.get(payload.prototype) is None:
-            raise UploadGone
-        return
-    prototype = prototype_from_bytes(data)
-    _check(prototype)
-    record = record_of(prototype, data, payload.name, job.created)
-    prototypes.add(record, data, packed_prototype(prototype), job.id)
+    with stored_once(prototypes, payload.prototype):
+        data = context.store.uploads.candidate(payload.prototype, payload.file_type, job.id)
+        prototype = prototype_from_bytes(data)
+        _check(prototype)
+        record = record_of(prototype, data, payload.name, job.created)
+        prototypes.add(record, data, packed_prototype(prototype), job.id)
 
 
 def _check(prototype: Prototype) -> None:

@@ -24,9 +24,10 @@ from solver.transfer import FACES, VERTICES, Attribute
 from solver.transfer.files import read_attributes, write_npz
 from worker.jobs.carrying import TransferRequest, carried_by, carried_from
 from worker.jobs.context import JobContext, JobResult
-from worker.jobs.failures import ResultGone, UploadGone
+from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
+from worker.jobs.uploads import stored_once
 
 _ON: Final[dict[str, AttributeElement]] = {VERTICES: "vertices", FACES: "faces"}
 
@@ -42,23 +43,19 @@ def validate_attributes(payload: AttributesValidationPayload, context: JobContex
         The upload has expired.
     """
     store, job = context.store, context.record
-    data = store.uploads.candidate(payload.attributes, payload.file_type, job.id)
-    if data is None:
-        # Either the job is repeated after it has stored the file, or the upload has expired.
-        if store.attributes.get(payload.attributes) is None:
-            raise UploadGone
-        return
-    found = read_attributes(data, payload.file_type)
-    record = AttributesRecord(
-        id=payload.attributes,
-        name=payload.name,
-        file_type=payload.file_type,
-        bytes=len(data),
-        rows=len(found[0].values),
-        attributes=tuple(map(summary_of, found)),
-        created=job.created,
-    )
-    store.attributes.add(record, data, job.id)
+    with stored_once(store.attributes, payload.attributes):
+        data = store.uploads.candidate(payload.attributes, payload.file_type, job.id)
+        found = read_attributes(data, payload.file_type)
+        record = AttributesRecord(
+            id=payload.attributes,
+            name=payload.name,
+            file_type=payload.file_type,
+            bytes=len(data),
+            rows=len(found[0].values),
+            attributes=tuple(map(summary_of, found)),
+            created=job.created,
+        )
+        store.attributes.accept(record, data, job.id)
 
 
 def carry(payload: TransferPayload, context: JobContext) -> JobResult:

@@ -3,8 +3,8 @@
 from broker.contracts import JobRecord, ShapeRecord, ValidationPayload
 from solver.mesh import TriangleMesh, read_mesh
 from worker.jobs.context import JobContext
-from worker.jobs.failures import UploadGone
 from worker.jobs.meshes import mesh_to_bytes
+from worker.jobs.uploads import stored_once
 from worker.pictures import packed_geometry
 
 
@@ -19,22 +19,15 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
         The upload has expired.
     """
     store, job, control = context.store, context.record, context.reporter.control()
-    data = store.uploads.candidate(payload.shape, payload.file_type, job.id)
-    if data is None:
-        # Either the job is repeated after it has stored the shape, or the upload has expired.
-        if store.shapes.get(payload.shape) is None:
-            raise UploadGone
-        return
-    control.report("reading the mesh", 0.0)
-    # Also if another tenant has the same: that it took less time would tell.
-    mesh = read_mesh(data, payload.file_type)
-    control.report("measuring the mesh", 0.5)
-    record = _record(payload, job, mesh, len(data))
-    stored = mesh_to_bytes(mesh), packed_geometry(mesh)
-    accepted = store.shapes.accept(record, data, *stored, job.id)
-    # A run that was given up and came back may have stored the shape meanwhile.
-    if not accepted and store.shapes.get(payload.shape) is None:
-        raise UploadGone
+    with stored_once(store.shapes, payload.shape):
+        data = store.uploads.candidate(payload.shape, payload.file_type, job.id)
+        control.report("reading the mesh", 0.0)
+        # Also if another tenant has the same: that it took less time would tell.
+        mesh = read_mesh(data, payload.file_type)
+        control.report("measuring the mesh", 0.5)
+        record = _record(payload, job, mesh, len(data))
+        stored = mesh_to_bytes(mesh), packed_geometry(mesh)
+        store.shapes.accept(record, data, *stored, job.id)
 
 
 def _record(

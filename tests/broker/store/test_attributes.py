@@ -26,11 +26,15 @@ RECORD = AttributesRecord(
 )
 
 
-@pytest.fixture
-def stored(store: Store) -> Store:
+def put(store: Store) -> None:
     payload = AttributesValidationPayload(attributes=NAME, name="parts.csv", file_type="csv")
     job = JobQueue(store, QueueSettings()).submit_validation(payload, DATA)
-    store.attributes.add(RECORD, DATA, job)
+    store.attributes.accept(RECORD, DATA, job)
+
+
+@pytest.fixture
+def stored(store: Store) -> Store:
+    put(store)
     return store
 
 
@@ -60,7 +64,7 @@ def test_an_expired_file_is_told_from_a_deleted_one(stored: Store) -> None:
     stored.client.delete(DEFAULT_KEYS.attributes(NAME), DEFAULT_KEYS.attributes_file(NAME))
     assert stored.attributes.file(NAME) is None
     assert stored.attributes.expired(NAME)
-    stored.attributes.add(RECORD, DATA, "job")
+    put(stored)
     assert stored.attributes.delete(NAME)
     assert not stored.attributes.expired(NAME)
     assert not stored.attributes.delete(NAME)

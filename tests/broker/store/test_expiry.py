@@ -1,15 +1,17 @@
 """Records that expire, end or reappear between two steps, and what they leave behind."""
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import timedelta
 
 import pytest
+from redis.client import Pipeline
 
 from broker.contracts import (
     PAIRS,
     STRUCTURES,
+    AttributesValidationPayload,
     DissimilaritiesPayload,
     DissimilarityParameters,
     JobRecord,
@@ -30,10 +32,20 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import DEFAULT_KEYS, ClaimStatus, Listing, Shapes, Store
+from broker.store import (
+    DEFAULT_KEYS,
+    BlobReference,
+    Blobs,
+    CandidateGone,
+    ClaimStatus,
+    Listing,
+    Shapes,
+    Store,
+)
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover, store_away
 from broker.webhooks import WebhookSettings, dispatch
 from solver.errors import Cancelled
+from tests.broker.store.test_attributes import RECORD as ATTRIBUTES
 from tests.broker.store.test_store import running
 from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
@@ -49,7 +61,24 @@ RECEIVER = Webhook(url="http://127.0.0.1:9/")
 def put_shape(store: Store) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
-    assert store.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
+    store.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
+
+
+def prototype_record(name: str) -> PrototypeRecord:
+    return PrototypeRecord(
+        id="p-" + SHAPE,
+        name=name,
+        version=1,
+        bytes=1,
+        points=3,
+        components=1,
+        examples=1,
+        parameters=PrototypeStructures(),
+        learned_from=None,
+        reference=None,
+        warnings=(),
+        created=CREATED + timedelta(seconds=len(name)),
+    )
 
 
 def ended_match(queue: JobQueue) -> JobRecord:
@@ -123,26 +152,10 @@ def test_cached_blobs_of_a_deleted_prototype_are_dropped(queue: JobQueue) -> Non
 def test_a_prototype_stored_again_under_another_name_is_listed_there(
     store: Store,
 ) -> None:
-    def named(name: str) -> PrototypeRecord:
-        return PrototypeRecord(
-            id="p-" + SHAPE,
-            name=name,
-            version=1,
-            bytes=1,
-            points=3,
-            components=1,
-            examples=1,
-            parameters=PrototypeStructures(),
-            learned_from=None,
-            reference=None,
-            warnings=(),
-            created=CREATED + timedelta(seconds=len(name)),
-        )
-
     prototypes = store.prototypes
-    prototypes.add(named("cat"), b"archive", b"geometry")
+    prototypes.add(prototype_record("cat"), b"archive", b"geometry")
     store.client.delete(DEFAULT_KEYS.prototype("p-" + SHAPE))
-    prototypes.add(named("animal"), b"archive", b"geometry")
+    prototypes.add(prototype_record("animal"), b"archive", b"geometry")
     assert [one.name for one in prototypes.page(10, None, "animal").items] == ["animal"]
     assert prototypes.page(10, None, "cat").items == ()
     assert [one.name for one in prototypes.page(10, None).items] == ["animal"]
@@ -152,9 +165,39 @@ def test_an_upload_that_expires_during_validation_stores_no_partial_shape(queue:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = queue.submit_validation(payload, b"data")
     queue.store.client.delete(DEFAULT_KEYS.candidate(SHAPE, "off", job))
-    assert not queue.store.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
+    with pytest.raises(CandidateGone):
+        queue.store.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
     assert queue.store.shapes.get(SHAPE) is None
     assert queue.store.shapes.mesh(SHAPE) is None
+
+
+@pytest.mark.parametrize("kind", ["shape", "file", "prototype"])
+def test_an_upload_that_is_rejected_while_it_is_stored_is_not_kept(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    store, link = queue.store, Blobs.link
+    payloads: dict[str, UploadPayload] = {
+        "shape": ValidationPayload(shape=SHAPE, name="x", file_type="off"),
+        "file": AttributesValidationPayload(attributes=ATTRIBUTES.id, name="x", file_type="csv"),
+        "prototype": PrototypeValidationPayload(prototype="p-" + SHAPE, name="x"),
+    }
+    payload, prototype = payloads[kind], prototype_record("x")
+    job = queue.submit_validation(payload, b"data")
+    store_it: dict[str, Callable[[], object]] = {
+        "shape": lambda: store.shapes.accept(shape_record(SHAPE), b"data", b"m", b"g", job),
+        "file": lambda: store.attributes.accept(ATTRIBUTES, b"data", job),
+        "prototype": lambda: store.prototypes.add(prototype, b"data", b"g", job),
+    }
+
+    def rejecting(blobs: Blobs, key: str, reference: BlobReference, pipe: Pipeline) -> None:
+        link(blobs, key, reference, pipe)
+        store.uploads.reject(payload.upload, payload.file_type, job)
+
+    monkeypatch.setattr(Blobs, "link", rejecting)
+    with pytest.raises(CandidateGone):
+        store_it[kind]()
+    keys = (DEFAULT_KEYS.shape, DEFAULT_KEYS.attributes, DEFAULT_KEYS.prototype)
+    assert not store.client.exists(*(key(payload.upload) for key in keys))
 
 
 def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
@@ -178,10 +221,10 @@ class StoredTwice(Shapes):
 
     def accept(
         self, record: ShapeRecord, upload: bytes, mesh: bytes, geometry: bytes, job_id: str
-    ) -> bool:
+    ) -> None:
         """Store the shape twice."""
-        assert super().accept(record, upload, mesh, geometry, job_id)
-        return super().accept(record, upload, mesh, geometry, job_id)
+        for _ in range(2):
+            super().accept(record, upload, mesh, geometry, job_id)
 
 
 def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from broker.contracts import JobState, ValidationPayload
 from broker.queue import JobQueue, QueueSettings
-from broker.store import DEFAULT_KEYS, Store
+from broker.store import DEFAULT_KEYS, CandidateGone, Store
 from service.standalone import EmbeddedServer
 from tests.broker.store.test_store import running
 from tests.worker.records import shape_record
@@ -68,7 +68,8 @@ def forgetful(
 def test_a_shape_is_stored_once(store: Store, forgetful: Store) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
-    assert forgetful.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
+    with pytest.raises(CandidateGone):
+        forgetful.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
     assert store.shapes.get(SHAPE) == shape_record(SHAPE)
     assert (store.shapes.upload(SHAPE), store.shapes.mesh(SHAPE)) == (b"data", b"mesh")
     assert not store.client.exists(DEFAULT_KEYS.candidate(SHAPE, "off", job))

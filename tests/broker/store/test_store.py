@@ -26,6 +26,7 @@ from broker.contracts import (
 from broker.queue import JobQueue, QueueSettings, new_job
 from broker.store import (
     DEFAULT_KEYS,
+    CandidateGone,
     InvalidCursor,
     Jobs,
     Keys,
@@ -328,7 +329,8 @@ def test_equal_uploads_are_validated_once(store: Store) -> None:
     again = queue.submit_validation(payload, b"data")
     assert again != first
     store.uploads.reject("id", "off", first)
-    assert store.uploads.candidate("id", "off", first) is None
+    with pytest.raises(CandidateGone):
+        store.uploads.candidate("id", "off", first)
     assert store.uploads.candidate("id", "off", again) == b"data"
     assert queue.submit_validation(payload, b"data") == again
     store.uploads.reject("id", "off", again)

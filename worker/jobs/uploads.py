@@ -1,0 +1,32 @@
+"""Uploads that jobs validate: each is stored by one run of its job."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+from broker.store import CandidateGone
+from worker.jobs.failures import UploadGone
+
+
+class _Records(Protocol):
+    """The part of the store that keeps what uploads of one kind become."""
+
+    def get(self, record_id: str, /) -> object: ...
+
+    def lost(self, record_id: str, /) -> bool: ...
+
+
+@contextmanager
+def stored_once(records: _Records, record_id: str) -> Iterator[None]:
+    """Store an upload, unless an earlier run of the job has: its candidate is gone then.
+
+    Raises
+    ------
+    UploadGone
+        The upload has expired.
+    """
+    try:
+        yield
+    except CandidateGone:
+        if records.get(record_id) is None or records.lost(record_id):
+            raise UploadGone from None
