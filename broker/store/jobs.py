@@ -286,10 +286,6 @@ class Jobs:
         held = holder is not None and text(holder) == runner
         return held and state == b"running" and cancel is None
 
-    def holder(self, job_id: str) -> str | None:
-        """Return the runner that holds a job, or held it when it ended."""
-        return text(self.client.hget(self.keys.job(job_id), "runner"))
-
     def cancel_requested(self, job_id: str) -> datetime | None:
         """Return the time of a running job's cancellation, None if it is not cancelled."""
         requested = self.client.hget(self.keys.job(job_id), "cancel")

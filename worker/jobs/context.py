@@ -56,7 +56,3 @@ class JobContext:
     def store(self) -> Store:
         """The store."""
         return self.queue.store
-
-    def is_given_up(self) -> bool:
-        """Whether the job was taken from this runner, and may have been given to another."""
-        return self.store.jobs.holder(self.record.id) != self.runner

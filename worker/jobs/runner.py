@@ -150,16 +150,16 @@ class Runner:
         except (RedisError, NotMigrated):
             raise
         except Cancelled:
-            _reject_upload(context)
-            jobs.finish_cancelled(record.id, self.name)
+            if jobs.finish_cancelled(record.id, self.name):
+                _reject_upload(context)
             log.info("cancelled")
         except (Exception, JobTimedOut) as error:
             problem = problem_of(error, record)
             # A traceback only of unforeseen errors.
             log.warning("failed", problem=problem.slug, exc_info=problem.status == 500)
-            _reject_upload(context)
             tracing.failed(problem.slug)
-            jobs.fail(record.id, self.name, problem)
+            if jobs.fail(record.id, self.name, problem):
+                _reject_upload(context)
         else:
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
 
@@ -177,9 +177,9 @@ def _await_blobs(store: Store, patience: float) -> None:
 
 
 def _reject_upload(context: JobContext) -> None:
-    """Delete the upload of a job that is about to end; another runner that holds it needs it."""
+    """Delete the upload of a job that has ended; before, another run of it may need it."""
     upload = context.record.payload
-    if isinstance(upload, UploadPayload) and not context.is_given_up():
+    if isinstance(upload, UploadPayload):
         context.store.uploads.reject(upload.upload, upload.file_type, context.record.id)
 
 

@@ -60,11 +60,11 @@ def run_time_slice(payload: TimeSlicePayload, context: JobContext) -> None:
         store.jobs.finish_cancelled(job_id, job_id)
     except (Exception, JobTimedOut) as error:
         problem = unreadable(job_id, error) if job is None else problem_of(error, job)
-        # A cancelled job cannot fail: its chunks may be deleted while a time slice reads them.
-        if not context.is_given_up() and store.jobs.fail(job_id, job_id, problem):
+        # The time slice ends first: one that was given up leaves the job to the run after it. A
+        # cancelled job cannot fail: its chunks may be deleted while a time slice reads them.
+        held = store.jobs.succeed(context.record.id, context.runner)
+        if held and store.jobs.fail(job_id, job_id, problem):
             log.warning("failed", problem=problem.slug, exc_info=problem.status >= 500)
-    if not context.is_given_up():
-        store.chunks.end_time_slice(job_id, context.record.id)
     state = store.jobs.state(job_id)
     if state is None or state.ended:
         store.chunks.delete(job_id)

@@ -41,6 +41,7 @@ from broker.store import (
     Listing,
     Shapes,
     Store,
+    Uploads,
 )
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover, store_away
 from broker.webhooks import WebhookSettings, dispatch
@@ -276,6 +277,33 @@ def test_a_run_that_was_given_up_leaves_the_upload(
     assert jobs.state(job) is JobState.SUCCEEDED
 
 
+@pytest.mark.parametrize(
+    ("error", "end"), [(JobTimedOut, JobState.FAILED), (Cancelled, JobState.CANCELLED)]
+)
+def test_an_upload_is_rejected_when_no_other_run_can_need_it(
+    queue: JobQueue,
+    monkeypatch: pytest.MonkeyPatch,
+    error: type[BaseException],
+    end: JobState,
+) -> None:
+    jobs, job, reject = queue.store.jobs, validation(queue, blob_file(1)), Uploads.reject
+    states = []
+
+    def stop(*_: object) -> None:
+        raise error
+
+    def rejecting(uploads: Uploads, upload: str, file_type: str, of: str) -> None:
+        # Given up now, it would be run again.
+        states.append(jobs.lose(of, LOSSES_WITH_WORKER, store_away(), "first"))
+        reject(uploads, upload, file_type, of)
+
+    monkeypatch.setattr("worker.jobs.validation.read_mesh", stop)
+    monkeypatch.setattr(Uploads, "reject", rejecting)
+    Runner(queue, "first").run(job)
+    assert states == [end]
+    assert not queue.store.client.keys("*candidate*")
+
+
 def test_arrays_and_document_are_of_one_run(
     queue: JobQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -295,7 +323,7 @@ def test_arrays_and_document_are_of_one_run(
 
     monkeypatch.setattr("worker.jobs.matches.arrays_of", stand_still)
     Runner(queue, "first").run(job)
-    assert (jobs.holder(job), jobs.state(job)) == ("second", JobState.SUCCEEDED)
+    assert jobs.state(job) is JobState.SUCCEEDED
     assert queue.store.results.arrays(job) == b"of the second run"
 
 

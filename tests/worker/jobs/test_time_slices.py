@@ -23,9 +23,10 @@ from broker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
+    Problem,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import DEFAULT_KEYS, Store
+from broker.store import DEFAULT_KEYS, Jobs, Store
 from broker.upkeep import RecoveryTimeouts, handle_lost_process, recover, store_away
 from service.standalone import EmbeddedServer
 from solver.arrays import FloatArray
@@ -238,6 +239,26 @@ def test_a_time_slice_that_was_given_up_fails_no_comparison(
     Runner(queue, "first").run(time_slice)
     assert (jobs.state(job), jobs.state(time_slice)) == (JobState.RUNNING, JobState.RUNNING)
     assert queue.store.chunks.time_slices(job) == {time_slice: JobState.RUNNING}
+
+
+def test_a_time_slice_that_fails_its_comparison_has_ended(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs, job = queue.store.jobs, queue.submit(new_job(imagined(queue.store, 4, HARD))).id
+    time_slice, fail, states = f"{job}-1", Jobs.fail, []
+
+    def time_out(*_: object) -> bytes:
+        raise JobTimedOut
+
+    def failing(jobs: Jobs, job_id: str, runner: str, problem: Problem) -> bool:
+        # Given up now, it would be run again.
+        states.append(jobs.lose(time_slice, 1, store_away(), "first"))
+        return fail(jobs, job_id, runner, problem)
+
+    monkeypatch.setattr("worker.jobs.comparison.Comparison.compute", time_out)
+    monkeypatch.setattr(Jobs, "fail", failing)
+    Runner(queue, "first").run(time_slice)
+    assert (jobs.state(job), states) == (JobState.FAILED, [JobState.SUCCEEDED])
 
 
 @linux
