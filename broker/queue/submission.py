@@ -4,6 +4,7 @@ A job that is done in time slices is not queued itself: its time slices are, and
 the next. Nor is a batch: its matches are.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Self
 
@@ -29,7 +30,7 @@ from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spec
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import QuotaExceeded, Store, text
+from broker.store import QuotaExceeded, Store
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
@@ -163,8 +164,11 @@ class JobQueue:
 
     def submit_picture(self, payload: PicturePayload, context: RequestOrigin = NO_REQUEST) -> str:
         """Queue the drawing of a picture unless it is being drawn; return the job that draws it."""
-        marker = self.store.keys.picture_job(payload.job, payload.variant)
-        return self._submit_once(new_job(payload, context), marker)
+        return self._submit_once(new_job(payload, context), self._drawing(payload))
+
+    def is_drawn(self, payload: PicturePayload) -> bool:
+        """Return whether a job is queued to draw a picture, or draws it."""
+        return self.store.jobs.named_by([self._drawing(payload)]) != [None]
 
     def submit_with_spectra(
         self, payload: SpectralPayload, context: RequestOrigin = NO_REQUEST
@@ -186,7 +190,8 @@ class JobQueue:
         payload = record.payload
         if not isinstance(payload, SpectralPayload):
             return 0
-        return self.store.spectra.queued(wanted_spectra(payload, self.store.shapes))
+        jobs = self._spectrum_jobs(wanted_spectra(payload, self.store.shapes))
+        return sum(job is not None for job in jobs)
 
     def submit_time_slice(self, record: JobRecord) -> None:
         """Queue another time slice of a job, unless the job has ended."""
@@ -336,12 +341,18 @@ class JobQueue:
                 _log_queued(record)
                 return record.id
 
+    def _drawing(self, payload: PicturePayload) -> str:
+        """Key that names the job that draws a picture."""
+        return self.store.keys.picture_job(payload.job, payload.variant)
+
     def _live_job(self, marker: str, pipe: Pipeline) -> str | None:
         """Return the job that a key names, unless it has ended, and watch the key."""
         pipe.watch(marker)
-        named = text(self.store.client.get(marker))
-        state = None if named is None else self.store.jobs.state(named)
-        return None if state is None or state.ended else named
+        return self.store.jobs.named_by([marker])[0]
+
+    def _spectrum_jobs(self, spectra: Sequence[SpectrumKey]) -> list[str | None]:
+        """Return the job that is queued to compute each spectrum, or computes it."""
+        return self.store.jobs.named_by(list(map(self.store.keys.spectrum_job, spectra)))
 
     def _submit_spectrum(self, key: SpectrumKey, context: RequestOrigin) -> None:
         spectra = self.store.spectra
@@ -367,11 +378,10 @@ class JobQueue:
         """
         if not isinstance(record.payload, SpectralPayload):
             return
-        spectra = self.store.spectra
         wanted = wanted_spectra(record.payload, self.store.shapes)
         jobs = {
             key: job
-            for key, job in zip(wanted, spectra.jobs_queued(wanted), strict=True)
+            for key, job in zip(wanted, self._spectrum_jobs(wanted), strict=True)
             if job is not None and self.store.jobs.state(job) is JobState.QUEUED
         }
         needed = needed_by_others(record, jobs, self.store) if jobs else set()
@@ -379,7 +389,7 @@ class JobQueue:
             if key in needed:
                 continue
             # First, so that whoever needs it from now on queues it again.
-            spectra.unmark_queued(key, job)
+            self.store.spectra.unmark_queued(key, job)
             if self.store.jobs.cancel(job) is JobState.CANCELLED:
                 self.rq.withdraw(job)
 

@@ -143,6 +143,21 @@ class Jobs:
         state = self.client.hget(self.keys.job(job_id), "state")
         return None if state is None else JobState(text(state))
 
+    def named_by(self, markers: Sequence[str]) -> list[str | None]:
+        """Return the job that each of these keys names, None where it has ended or is gone.
+
+        A job whose process was killed leaves its key.
+        """
+        named = [text(one) for one in self.client.mget(markers)] if markers else []
+        with self.client.pipeline(transaction=False) as pipe:
+            for job_id in named:
+                pipe.hget(self.keys.job(job_id or ""), "state")
+            states = pipe.execute()
+        return [
+            None if state is None or JobState(text(state)).ended else job_id
+            for job_id, state in zip(named, states, strict=True)
+        ]
+
     def page(
         self,
         limit: int,

@@ -6,7 +6,7 @@ from typing import BinaryIO, cast
 
 from redis import Redis
 
-from broker.contracts import JobState, MatchSummary, PicturePayload
+from broker.contracts import MatchSummary, PicturePayload
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
@@ -107,9 +107,3 @@ class Results:
             # If the result was deleted meanwhile, this picture may not have been found.
             if not self.client.exists(result):
                 self._delete([key])
-
-    def drawing_job(self, payload: PicturePayload) -> str | None:
-        """Return the job that draws a picture and has not ended."""
-        holder = text(self.client.get(self.keys.picture_job(payload.job, payload.variant)))
-        state = None if holder is None else text(self.client.hget(self.keys.job(holder), "state"))
-        return None if state is None or JobState(state).ended else holder

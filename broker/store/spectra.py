@@ -18,7 +18,7 @@ from redis import Redis
 from redis.exceptions import RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
-from broker.contracts import JobState, SpectrumKey
+from broker.contracts import SpectrumKey
 from broker.store import scripts
 from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings
@@ -215,26 +215,6 @@ class Spectra:
     def locked(self, key: SpectrumKey) -> bool:
         """Whether a live process computes a spectrum."""
         return bool(self.client.exists(Keys.spectrum_lock(key)))
-
-    def queued(self, keys: Sequence[SpectrumKey]) -> int:
-        """Return the number of spectra that a job is queued to compute, or computes."""
-        return sum(job is not None for job in self.jobs_queued(keys))
-
-    def jobs_queued(self, keys: Sequence[SpectrumKey]) -> list[str | None]:
-        """Return the job that is queued to compute each spectrum, or computes it.
-
-        A job whose process was killed has ended without :meth:`unmark_queued`.
-        """
-        names = [self.keys.spectrum_job(key) for key in keys]
-        marked = [text(reply) for reply in self.client.mget(names)] if names else []
-        with self.client.pipeline(transaction=False) as pipe:
-            for job in marked:
-                pipe.hget(self.keys.job(job or ""), "state")
-            states = pipe.execute()
-        return [
-            None if state is None or JobState(text(state)).ended else job
-            for job, state in zip(marked, states, strict=True)
-        ]
 
     def unmark_queued(self, key: SpectrumKey, job_id: str) -> None:
         """Record that a job is not queued to compute a spectrum any more; another one may be."""

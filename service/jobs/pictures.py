@@ -252,7 +252,7 @@ def _made(service: Service, payload: PicturePayload) -> BinaryIO | None:
 
 def _check(service: Service, payload: PicturePayload) -> None:
     """Refuse what cannot be made, before a worker is asked."""
-    if service.store.results.drawing_job(payload) is not None:
+    if service.queue.is_drawn(payload):
         # It was checked before, and a result may be large.
         return
     record = job_with_result(service, payload.job)
