@@ -9,7 +9,7 @@ from fastapi import Depends, Request
 from prometheus_client import CollectorRegistry
 from starlette.concurrency import run_in_threadpool
 
-from broker.contracts import DEFAULT_TENANT, JobRecord
+from broker.contracts import DEFAULT_TENANT, JobRecord, RequestOrigin
 from broker.queue import JobQueue
 from broker.store import Store
 from service.settings import Settings
@@ -125,3 +125,21 @@ Caller = Annotated[str | None, Depends(_caller)]
 """Name of the API key of a request; None if none are configured."""
 Admitted = Annotated[Callable[[], bool], Depends(_admitted)]
 """Tells whether the API key of a request is still accepted."""
+
+
+@dataclass(frozen=True)
+class CallContext:
+    """A request, its caller, and the service that answers it."""
+
+    service: ServiceOf
+    request: Request
+    request_id: RequestId
+    caller: Caller
+
+    @property
+    def origin(self) -> RequestOrigin:
+        """The request as the jobs that it submits name it."""
+        return RequestOrigin(self.request_id, self.caller)
+
+
+CallContextOf = Annotated[CallContext, Depends()]

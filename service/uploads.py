@@ -19,13 +19,12 @@ from broker.contracts import (
     JobRecord,
     JobState,
     PrototypeRecord,
-    RequestOrigin,
     ShapeRecord,
     UploadPayload,
 )
 from broker.store import Keys, RecordLost, Store
 from broker.telemetry import logger
-from service.dependencies import Caller, RequestId, Service, ServiceOf
+from service.dependencies import CallContext, Service
 from service.http import (
     INVALID,
     MOST_FIELDS,
@@ -82,17 +81,13 @@ KnownPartsOnce: Final = Depends(_known_parts_once)
 
 
 @dataclass(frozen=True)
-class Sender:
+class UploadContext(CallContext):
     """The request that sends an upload, and the service that receives it."""
 
-    service: ServiceOf
-    request: Request
-    request_id: RequestId
-    caller: Caller
     key: IdempotencyKey = None
 
 
-SenderOf = Annotated[Sender, Depends()]
+UploadContextOf = Annotated[UploadContext, Depends()]
 
 
 class _Records(Protocol[KeptT]):
@@ -191,13 +186,13 @@ class UploadKind(Generic[RecordT]):
         }
 
     async def receive(
-        self, sender: Sender, file: UploadFile, describe: Callable[[bytes], UploadPayload]
+        self, context: UploadContext, file: UploadFile, describe: Callable[[bytes], UploadPayload]
     ) -> Response:
         """Store an upload, wait until it is validated, and return the answer.
 
         Parameters
         ----------
-        sender
+        context
             The request.
         file
             The upload.
@@ -213,17 +208,17 @@ class UploadKind(Generic[RecordT]):
         UploadCancelled, ApiProblem
             The job was cancelled, or the record was deleted.
         """
-        service = sender.service
+        service = context.service
         if file.size is not None and file.size > service.settings.max_upload_bytes:
             raise UploadTooLarge.over(service.settings.max_upload_bytes)
         async with service.uploading:
             data = await file.read()
             payload = await run_in_threadpool(describe, data)
-            known, job_id = await run_in_threadpool(self._submit, sender, data, payload)
+            known, job_id = await run_in_threadpool(self._submit, context, data, payload)
             del data  # frees the memory while the validation is awaited
         if known is not None:
             return self.show(self.named(known, payload.name), 200)
-        job = await service.wait_for(job_id, service.settings.validation_wait, sender.request)
+        job = await service.wait_for(job_id, service.settings.validation_wait, context.request)
         return await run_in_threadpool(self._validated, service, payload, job_id, job)
 
     def show(self, record: RecordT, status: int = 200) -> Response:
@@ -257,15 +252,15 @@ class UploadKind(Generic[RecordT]):
         return None
 
     def _submit(
-        self, sender: Sender, data: bytes, payload: UploadPayload
+        self, context: UploadContext, data: bytes, payload: UploadPayload
     ) -> tuple[RecordT | None, str]:
-        service = sender.service
-        if sender.key is not None:
+        service = context.service
+        if context.key is not None:
             # Not the body as it was sent: its boundary differs each time.
             content = (b"POST", self.path.encode(), payload.model_dump_json().encode())
             ttl = service.settings.idempotency_ttl
             service.store.admission.bind(
-                IdempotencyRecord.of(sender.caller, sender.key, content, ttl)
+                IdempotencyRecord.of(context.caller, context.key, content, ttl)
             )
         records = self.records(service.store)
         known = records.use(payload.upload)
@@ -274,8 +269,7 @@ class UploadKind(Generic[RecordT]):
         if known is not None:
             # The record stays: an equal upload may be restoring it now.
             log.warning("lost content is uploaded again", upload=payload.upload)
-        order = RequestOrigin(sender.request_id, sender.caller)
-        return None, service.queue.submit_validation(payload, data, order)
+        return None, service.queue.submit_validation(payload, data, context.origin)
 
     def _validated(
         self, service: Service, payload: UploadPayload, job_id: str, job: JobRecord | None

@@ -2,7 +2,7 @@
 
 from service.jobs import endpoints, pictures, results
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, stored_job
-from service.jobs.pictures import NEEDED, Sender, presented
+from service.jobs.pictures import NEEDED, presented
 from service.jobs.requests import (
     IdempotencyKey,
     JobOrder,
@@ -26,7 +26,6 @@ __all__ = [
     "JobId",
     "JobOrder",
     "JobRequest",
-    "Sender",
     "answers",
     "job_with_result",
     "json_answer",

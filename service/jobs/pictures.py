@@ -2,10 +2,9 @@
 
 import gzip
 import json
-from dataclasses import dataclass
 from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
 
-from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
+from fastapi import APIRouter, Header, Path, Query, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -20,7 +19,6 @@ from broker.contracts import (
     MatchPayload,
     PicturePayload,
     RegistrationPayload,
-    RequestOrigin,
     TransferPayload,
     View,
     export_refusal,
@@ -28,7 +26,7 @@ from broker.contracts import (
     no_alternative,
 )
 from broker.telemetry import logger
-from service.dependencies import Caller, RequestId, Service, ServiceOf
+from service.dependencies import CallContext, CallContextOf, Service
 from service.http import (
     INVALID,
     ContentLost,
@@ -106,16 +104,6 @@ _SURFACE_TYPES: Final[dict[SurfaceFormat, str]] = {
 }
 
 
-@dataclass(frozen=True)
-class Sender:
-    """The request for a picture or a file, and the service that has it made."""
-
-    service: ServiceOf
-    request: Request
-    request_id: RequestId
-    caller: Caller
-
-
 @router.get(
     "/{job_id}/result.png",
     response_class=Response,
@@ -128,7 +116,7 @@ class Sender:
 )
 async def get_picture(
     job_id: JobId,
-    sender: Annotated[Sender, Depends()],
+    context: CallContextOf,
     alternative: Alternative = None,
     view: SeenFrom = "front",
     accept: Annotated[str, Header(include_in_schema=False)] = "",
@@ -142,7 +130,7 @@ async def get_picture(
     """
     payload = PicturePayload(job=job_id, alternative=alternative, view=view)
     media_type, headers = BYTES if _only_bytes(accept) else _PICTURE, {"Vary": "Accept"}
-    return await presented(sender, payload, media_type, headers)
+    return await presented(context, payload, media_type, headers)
 
 
 @router.get(
@@ -155,7 +143,7 @@ async def get_export(
     job_id: JobId,
     # The name in the path is that of a built-in.
     format: Annotated[Export, Path(description="Format of the file.")],  # noqa: A002
-    sender: Annotated[Sender, Depends()],
+    context: CallContextOf,
 ) -> Response:
     """Return the result of a job in another format.
 
@@ -164,9 +152,9 @@ async def get_export(
     transfer, `csv` has the values, and `ply`, `obj` and `glb` the shape with them. Row i is vertex
     i of the shape's file. Of a registration, `ply`, `obj` and `glb` have the mean shape.
     """
-    headers = attachment(await run_in_threadpool(result_stem, sender.service, job_id), format)
+    headers = attachment(await run_in_threadpool(result_stem, context.service, job_id), format)
     payload = PicturePayload(job=job_id, format=format)
-    return await presented(sender, payload, _MEDIA_TYPES[format], headers)
+    return await presented(context, payload, _MEDIA_TYPES[format], headers)
 
 
 @router.get(
@@ -179,7 +167,7 @@ async def get_registered_template(
     job_id: JobId,
     # The name in the path is that of a built-in.
     format: Annotated[SurfaceFormat, Path(description="Format of the file.")],  # noqa: A002
-    sender: Annotated[Sender, Depends()],
+    context: CallContextOf,
     specimen: Specimen = 0,
     accept: Annotated[str, Header(include_in_schema=False)] = "",
 ) -> Response:
@@ -190,11 +178,11 @@ async def get_registered_template(
     or the template's file. Clients that accept only `application/octet-stream` get the same file
     with that type.
     """
-    stem = await run_in_threadpool(registered_stem, sender.service, job_id, specimen)
+    stem = await run_in_threadpool(registered_stem, context.service, job_id, specimen)
     headers = {**attachment(stem, format), "Vary": "Accept"}
     media_type = BYTES if _only_bytes(accept) else _SURFACE_TYPES[format]
     payload = PicturePayload(job=job_id, format=format, specimen=specimen)
-    return await presented(sender, payload, media_type, headers)
+    return await presented(context, payload, media_type, headers)
 
 
 def _only_bytes(accept: str) -> bool:
@@ -202,13 +190,13 @@ def _only_bytes(accept: str) -> bool:
 
 
 async def presented(
-    sender: Sender, payload: PicturePayload, media_type: str, headers: dict[str, str]
+    context: CallContext, payload: PicturePayload, media_type: str, headers: dict[str, str]
 ) -> Response:
     """Return the stored picture or file of a result, or have a worker make it.
 
     Parameters
     ----------
-    sender
+    context
         The request.
     payload
         What is asked for.
@@ -224,14 +212,14 @@ async def presented(
     Reported
         The worker could not make it.
     """
-    service, request = sender.service, sender.request
+    service, request = context.service, context.request
     picture = await run_in_threadpool(_made, service, payload)
     if picture is None:
         await run_in_threadpool(_check, service, payload)
         if not body_wanted(request):
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
-        order = RequestOrigin(sender.request_id, sender.caller)
-        drawing = await run_in_threadpool(service.queue.submit_picture, payload, order)
+        submit = service.queue.submit_picture
+        drawing = await run_in_threadpool(submit, payload, context.origin)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
         picture = await run_in_threadpool(service.store.results.open_picture, payload)
         if picture is None:

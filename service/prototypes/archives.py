@@ -30,7 +30,7 @@ from service.http import (
 from service.names import LONGEST, base_name
 from service.prototypes.lookup import PrototypeId, missing_prototype
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
-from service.uploads import KnownPartsOnce, SenderOf, UploadKind, UploadName
+from service.uploads import KnownPartsOnce, UploadContextOf, UploadKind, UploadName
 
 PROTOTYPES: Final = "/v1/prototypes"
 PATH: Final = "/v1/prototype-archives"
@@ -55,7 +55,7 @@ UPLOADS: Final = UploadKind[PrototypeRecord](
     dependencies=[KnownPartsOnce],
 )
 async def upload_prototype(
-    sender: SenderOf,
+    context: UploadContextOf,
     file: Annotated[
         UploadFile, File(description="A prototype, as `GET /v1/prototypes/{id}/archive` gives it.")
     ],
@@ -73,7 +73,7 @@ async def upload_prototype(
         called = (name or "").strip() or stem or DEFAULT_NAME
         return PrototypeValidationPayload(prototype=prototype_id(data), name=called)
 
-    return await UPLOADS.receive(sender, file, describe)
+    return await UPLOADS.receive(context, file, describe)
 
 
 @router.get(

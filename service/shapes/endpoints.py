@@ -29,7 +29,7 @@ from service.http import (
 from service.names import LONGEST, base_name
 from service.shapes.lookup import ShapeId, missing_shape
 from service.shapes.schemas import Shape, ShapePage
-from service.uploads import KnownPartsOnce, SenderOf, UploadKind, UploadName
+from service.uploads import KnownPartsOnce, UploadContextOf, UploadKind, UploadName
 
 PATH: Final = "/v1/shapes"
 
@@ -51,7 +51,7 @@ _UPLOADS: Final = UploadKind[ShapeRecord](
     dependencies=[KnownPartsOnce],
 )
 async def upload_shape(
-    sender: SenderOf,
+    context: UploadContextOf,
     file: Annotated[
         UploadFile,
         File(
@@ -79,7 +79,7 @@ async def upload_shape(
         called = (name or "").strip() or filename[:LONGEST]
         return ValidationPayload(shape=shape_id(data), name=called, file_type=file_type)
 
-    return await _UPLOADS.receive(sender, file, describe)
+    return await _UPLOADS.receive(context, file, describe)
 
 
 @router.get("", responses=responses(InvalidRequest), operation_id="list_shapes")

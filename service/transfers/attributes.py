@@ -26,7 +26,7 @@ from service.http import (
 )
 from service.names import ID_PATTERN, LONGEST, base_name
 from service.transfers.schemas import Attributes
-from service.uploads import KnownPartsOnce, SenderOf, UploadKind, UploadName
+from service.uploads import KnownPartsOnce, UploadContextOf, UploadKind, UploadName
 
 PATH: Final = "/v1/attributes"
 
@@ -49,7 +49,7 @@ AttributesId = Annotated[str, Path(description="Id of the attribute file.", patt
     dependencies=[KnownPartsOnce],
 )
 async def upload_attributes(
-    sender: SenderOf,
+    context: UploadContextOf,
     file: Annotated[
         UploadFile,
         File(
@@ -78,7 +78,7 @@ async def upload_attributes(
             attributes=attributes_id(data), name=called, file_type=file_type
         )
 
-    return await _UPLOADS.receive(sender, file, describe)
+    return await _UPLOADS.receive(context, file, describe)
 
 
 @router.get(

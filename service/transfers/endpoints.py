@@ -1,12 +1,10 @@
 """``/v1/transfers``."""
 
-from typing import Annotated
-
-from fastapi import APIRouter, Depends, Response
+from fastapi import APIRouter, Response
 
 from broker.contracts import JobRecord, PicturePayload, RequestOrigin, TransferPayload
 from broker.queue import new_job
-from service.dependencies import Service, ServiceOf
+from service.dependencies import CallContextOf, Service, ServiceOf
 from service.http import (
     AttributesDeleted,
     JobWithoutResult,
@@ -24,7 +22,6 @@ from service.jobs import (
     Job,
     JobId,
     JobOrder,
-    Sender,
     answers,
     presented,
     requested_job,
@@ -75,14 +72,14 @@ def create_transfer(
     },
     operation_id="get_source_arrays",
 )
-async def get_source_arrays(job_id: JobId, sender: Annotated[Sender, Depends()]) -> Response:
+async def get_source_arrays(job_id: JobId, context: CallContextOf) -> Response:
     """Return what a transfer carried, as it is on the shape that it was carried from.
 
     Names and columns are those of `result.npz`, and row i is vertex i, or face i, of the file of
     that shape. Not of `texture` and `uv`, which the shape's own file has.
     """
     payload = PicturePayload(job=job_id, format="npz")
-    return await presented(sender, payload, BYTES, attachment(f"{job_id}-source", "npz"))
+    return await presented(context, payload, BYTES, attachment(f"{job_id}-source", "npz"))
 
 
 def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
