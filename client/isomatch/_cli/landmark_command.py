@@ -13,7 +13,7 @@ from isomatch._cli import render
 from isomatch._cli.exit_codes import Failures, connected
 from isomatch._cli.job_runs import echo_link, echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
-from isomatch._cli.landmark_templates import check_landmarks, landmarks_of
+from isomatch._cli.landmark_templates import checked_surface, landmarks_of
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
@@ -169,9 +169,11 @@ def landmarks(
             [str(file) for _, file in files],
         )
         shapes = uploaded(client, [shape for shape, _ in files], as_json)
-        for (shape, file), known in zip(files, shapes, strict=True):
-            check_landmarks(client, shape, known, file, coordinates, as_json)
-        templates = [LandmarkTemplate(shape, one) for shape, one in zip(shapes, sets, strict=True)]
+        surfaces = [
+            checked_surface(client, shape, known, file, coordinates, as_json)
+            for (shape, file), known in zip(files, shapes, strict=True)
+        ]
+        templates = list(map(LandmarkTemplate, shapes, sets, surfaces))
         folder.mkdir(exist_ok=True)
         output = LandmarkOutput(folder, file_format, coordinates)
         failures = Failures(as_json)

@@ -17,6 +17,7 @@ from isomatch._landmarks import (
     stem_of,
 )
 from isomatch._models import Shape
+from isomatch._results import Geometry
 
 _MOST_NAMED: Final = 10
 
@@ -53,15 +54,17 @@ def landmarks_of(file: Path, mesh: str, coordinates: CoordinateSystem) -> Landma
     return found[0]
 
 
-def check_landmarks(
+def checked_surface(
     client: Client,
     mesh: str,
     shape: Shape,
     file: Path,
     coordinates: CoordinateSystem,
     as_json: bool,
-) -> None:
-    """Warn of landmarks that are far from their template, or exit if they cannot be carried.
+) -> Geometry:
+    """Return the surface of a template, and warn of landmarks that are far from it.
+
+    Exits if they cannot be carried.
 
     Parameters
     ----------
@@ -76,7 +79,8 @@ def check_landmarks(
     """
     landmarks = landmarks_of(file, mesh, coordinates)
     try:
-        remarks = remarks_on(landmarks, client.geometry(shape))
+        surface = client.geometry(shape)
+        remarks = remarks_on(landmarks, surface)
     except WrongCoordinates as error:
         other: CoordinateSystem = "LPS" if coordinates == "RAS" else "RAS"
         # Files that name no system are read alike for both.
@@ -88,3 +92,4 @@ def check_landmarks(
         leave(error, as_json, mesh)
     if not as_json:
         render.print_warnings([f"{mesh}: {text}" for text in remarks], render.standard_error())
+    return surface

@@ -26,10 +26,13 @@ class LandmarkTemplate:
     landmarks
         In the coordinates of its file. Each stands for the nearest point of the surface, and is
         missing if that is farther than 0.05 times the square root of the area.
+    surface
+        Of the shape, as from ``client.geometry``; None to request it when it is needed.
     """
 
     shape: Shape | str
     landmarks: LandmarkSet
+    surface: Geometry | None = None
 
 
 @dataclass(frozen=True, eq=False)

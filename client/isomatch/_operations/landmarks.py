@@ -114,7 +114,8 @@ def get_landmarks(
         matches.append(cast(Match, (yield from get_result(records[-1]))))
     for one in templates:
         if one not in placed:
-            placed[one] = PlacedLandmarks.of(one.landmarks, (yield from get_geometry(one.shape)))
+            surface = one.surface or (yield from get_geometry(one.shape))
+            placed[one] = PlacedLandmarks.of(one.landmarks, surface)
     every = [placed[one] for one in templates]
     return carried_landmarks(every, matches, (yield from get_geometry(specimen)))
 

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import httpx2
 import isomatch
 import numpy as np
 import pytest
@@ -35,13 +36,23 @@ def template(tmp_path: Path) -> Path:
     return path
 
 
+def geometries_sent(url: str) -> int:
+    """How often the service has sent the geometry of a shape."""
+    metrics = httpx2.get(f"{url}/metrics").text
+    head, route = "isomatch_http_request_seconds_count{", 'route="/v1/shapes/{shape}/geometry"'
+    found = [one for one in metrics.splitlines() if one.startswith(head) and route in one]
+    return int(sum(float(one.rpartition(" ")[2]) for one in found))
+
+
 def test_a_file_for_each_specimen_and_one_that_fails(
     url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path
 ) -> None:
     broken, out = tmp_path / "broken.ply", tmp_path / "out"
     broken.write_text("Dear reader,\n")
+    before = geometries_sent(url)
     done = run("landmarks", blobs[0], template, broken, blobs[1], "-o", out, *QUICK, url=url)
     assert done.returncode == 1, done.stderr
+    assert geometries_sent(url) == before + 2, "of the template and of the specimen, once each"
     assert f"{broken}: not a" in done.stderr
     assert f"no landmarks for {broken}" in done.stderr.splitlines()[-1]
     assert f"2 of 2: {blobs[1]}" in done.stderr
