@@ -361,7 +361,8 @@ def _landmark_point(text: str) -> int | dict[str, Sequence[float]]:
         corners = [corner.split(":") for corner in text.split(",")] if ":" in text else []
         vertices = [int(vertex) for vertex, _ in corners] if corners else [int(text)]
         weights = [float(weight) for _, weight in corners]
-        if min(vertices) < 0 or len(weights) not in (0, 3):
+        # Python reads 1_0 as 10.
+        if "_" in text or min(vertices) < 0 or len(weights) not in (0, 3):
             raise ValueError
     except ValueError:
         form = "a landmark is a vertex, as in 17, or three with weights, as in 4:0.2,9:0.3,7:0.5"
@@ -386,6 +387,6 @@ def landmarks(given: list[str] | None) -> list[tuple[int, int]]:
         pairs = [tuple(map(int, text.split(":"))) for text in given or ()]
     except ValueError as error:
         raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203") from error
-    if any(len(pair) != 2 for pair in pairs):
+    if any(len(pair) != 2 for pair in pairs) or "_" in "".join(given or ()):
         raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203")
     return [(pair[0], pair[1]) for pair in pairs]

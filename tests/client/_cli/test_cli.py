@@ -328,6 +328,9 @@ def test_options_that_the_service_refuses_are_refused_before_anything_is_sent(
         ("5:0.5,9:0.5", "a landmark is a vertex"),
         ("-3", "a landmark is a vertex"),
         ("nose", "a landmark is a vertex"),
+        ("1_0", "a landmark is a vertex"),
+        ("1_0:0.2,9:0.3,7:0.5", "a landmark is a vertex"),
+        ("4:0.2,9:0.3,7:0.5_0", "a landmark is a vertex"),
     ],
 )
 def test_wrong_points_are_refused_before_anything_is_sent(
