@@ -69,6 +69,8 @@ def match_summary(match: Match) -> Table:
     proof = "no, see the gap"
     if match.certified:
         proof = "yes: no better correspondence among this answer's candidates"
+        if match.confidence is not None and match.confidence.in_doubt:
+            proof = "only among this answer's candidates: the answer itself is in doubt"
     explanation = less_energy(match)
     rows = {
         **({} if match.confidence is None else {"answer": _answer(match.confidence)}),

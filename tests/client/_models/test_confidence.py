@@ -42,6 +42,21 @@ def test_a_phrase_has_the_percentage(probability: float, phrase: str) -> None:
     assert str(isomatch.Confidence(probability=probability, reasons=())) == phrase
 
 
+@pytest.mark.parametrize(
+    ("confidence", "words"),
+    [
+        ({"probability": 0.97, "reasons": []}, "yes: no better correspondence among"),
+        (DOUBT, "only among this answer's candidates: the answer itself is in doubt"),
+    ],
+)
+def test_a_certificate_of_an_answer_in_doubt_says_so(
+    confidence: dict[str, object], words: str
+) -> None:
+    lines = printed(match(confidence=confidence, certified=True)).splitlines()
+    (line,) = [one for one in lines if one.startswith("certified ") and "levels" not in one]
+    assert line.removeprefix("certified").strip().startswith(words)
+
+
 def test_a_match_that_is_sure() -> None:
     found = match()
     assert found.confidence is not None
