@@ -25,6 +25,7 @@ from service.prototypes.lookup import PrototypeId, missing_prototype
 from service.prototypes.schemas import DEFAULT_NAME, Prototype, PrototypePage, PrototypeRequest
 from service.shapes import (
     check_shapes,
+    counted,
     descriptor_problems,
     few_vertices,
     refuse,
@@ -154,8 +155,9 @@ def _different_connectivity(
     return [
         FieldProblem(
             field=field,
-            message=f"it has {shape.vertices} vertices and {shape.faces} faces, but shapes.{place}"
-            f" has {reference.vertices} and {reference.faces}; they share no connectivity",
+            message=f"it has {counted(shape.vertices, 'vertex', 'vertices')} and"
+            f" {counted(shape.faces, 'face')}, but shapes.{place} has {reference.vertices:,} and"
+            f" {reference.faces:,}; they share no connectivity",
         )
         for field, shape in shapes.items()
         if (shape.vertices, shape.faces) != (reference.vertices, reference.faces)

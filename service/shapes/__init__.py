@@ -5,6 +5,7 @@ from service.shapes.endpoints import PATH as SHAPES_PATH
 from service.shapes.lookup import use_shapes
 from service.shapes.requirements import (
     check_shapes,
+    counted,
     descriptor_problems,
     few_vertices,
     refuse,
@@ -20,6 +21,7 @@ __all__ = [
     "ROUTERS",
     "SHAPES_PATH",
     "check_shapes",
+    "counted",
     "descriptor_problems",
     "few_vertices",
     "refuse",

@@ -168,3 +168,8 @@ def refuse(wrong: Sequence[FieldProblem], detail: str) -> None:
     if len(wrong) > MOST_FIELDS:
         detail += f" The first {MOST_FIELDS} of {len(wrong)} are named."
     raise InvalidRequest(detail, tuple(wrong[:MOST_FIELDS]))
+
+
+def counted(count: int, noun: str, plural: str | None = None) -> str:
+    """Return "1 face", "2 faces", "1,000 faces"."""
+    return f"{count:,} {noun if count == 1 else plural or noun + 's'}"

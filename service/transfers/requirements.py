@@ -17,7 +17,7 @@ from service.http import (
     UnknownShape,
 )
 from service.jobs import packed_result, stored_job
-from service.shapes import refuse, use_shapes, vertices_out_of_range
+from service.shapes import counted, refuse, use_shapes, vertices_out_of_range
 from service.transfers.attributes import use_attributes
 from service.transfers.schemas import TransferRequest
 
@@ -111,8 +111,9 @@ def check_attributes(service: Service, attributes: str, shape: ShapeRecord, name
     if given & {shape.file_vertices, shape.file_faces}:
         return
     message = (
-        f"it has {record.rows:,} rows, but {name} has {shape.file_vertices:,} vertices and"
-        f" {shape.file_faces:,} faces; give a row for each vertex, or for each face"
+        f"it has {counted(record.rows, 'row')}, but {name} has"
+        f" {counted(shape.file_vertices, 'vertex', 'vertices')} and"
+        f" {counted(shape.file_faces, 'face')}; give a row for each vertex, or for each face"
     )
     if record.file_type == "csv" and given & {shape.file_vertices - 1, shape.file_faces - 1}:
         first = ", ".join(one.name for one in record.attributes)

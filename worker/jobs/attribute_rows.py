@@ -6,6 +6,7 @@ from dataclasses import replace
 from broker.contracts import TransferPayload
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh
+from solver.mesh.repair import counted
 from solver.transfer import FACES, SKINNING, VERTICES, Attribute
 
 
@@ -37,7 +38,8 @@ def with_rows_known(
         possible = (VERTICES, FACES) if one.on is None else (one.on,)
         fitting = [on for on in possible if len(one.values) == rows[on]]
         if not fitting:
-            has = f"{vertices} vertices and {'unknown' if faces is None else faces} faces"
+            of_faces = "unknown faces" if faces is None else counted(faces, "face")
+            has = f"{counted(vertices, 'vertex', 'vertices')} and {of_faces}"
             raise OptionError("attributes", _misfit(one, has, mesh, payload.source))
         if fitting[0] == FACES and payload.what == SKINNING:
             raise OptionError("attributes", "skinning weights are of vertices, not of faces")
@@ -53,4 +55,5 @@ def _misfit(one: Attribute, has: str, mesh: TriangleMesh, shape: str) -> str:
         advice = "for values of faces, delete the shape, and upload it again"
     elif count == 3 * mesh.n_faces:
         advice = 'values of corners are not carried; "uv" carries texture coordinates'
-    return f"there are {count} rows{of}, and the file of shape {shape} has {has}; {advice}"
+    there = f"there is {count} row" if count == 1 else f"there are {count} rows"
+    return f"{there}{of}, and the file of shape {shape} has {has}; {advice}"

@@ -451,6 +451,12 @@ def test_rows_of_corners_are_refused_with_both_numbers(http: httpx2.Client, matc
     ]
 
 
+def test_a_single_row_is_named_in_the_singular(http: httpx2.Client, match: str) -> None:
+    asked = {"match": match, "attributes": send(http, table(a=[5])).json()["id"], "what": "labels"}
+    refused = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+    assert refused["errors"][0]["message"].startswith("it has 1 row, but body.ply has")
+
+
 FACE_LABELS = (MESH.vertices[MESH.faces].mean(axis=1)[:, 2] > 0.1).astype(np.int64) + 3
 
 

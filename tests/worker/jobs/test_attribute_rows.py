@@ -60,6 +60,8 @@ def test_both_numbers_are_told_with_what_to_do() -> None:
     has = f"has {BLOB.n_vertices} vertices and {BLOB.n_faces} faces; "
     with pytest.raises(OptionError, match=has + "give a row for every vertex, or for every face"):
         found(BLOB, labels(7))
+    with pytest.raises(OptionError, match="there is 1 row, and the file of shape"):
+        found(BLOB, labels(1))
     with pytest.raises(OptionError, match=has + "values of corners are not carried"):
         found(BLOB, labels(3 * BLOB.n_faces))
 
