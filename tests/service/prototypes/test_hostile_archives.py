@@ -11,7 +11,7 @@ import httpx2
 import numpy as np
 import pytest
 
-from tests.service.conftest import Api, Json, problem
+from tests.service.conftest import Api, Json, nothing_is_left, problem
 from tests.service.prototypes.test_prototypes import SHARED, learn, send
 from tests.worker.families import family, member
 
@@ -155,7 +155,7 @@ def test_unreadable_archives_are_refused_and_leave_nothing(
     assert len(document["detail"]) > 10
     assert "trust" not in document["detail"]
     problem(http.get(f"/v1/prototypes/p-{name}"), 404, "prototype-not-found")
-    assert [key for key in api.store.client.keys("*") if name.encode() in key] == []
+    nothing_is_left(api, name)
 
 
 ODD: dict[str, Callable[[bytes], bytes]] = {

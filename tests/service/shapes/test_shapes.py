@@ -19,7 +19,7 @@ from broker.contracts import Problem
 from broker.store import Durability
 from service.dependencies import UPLOADS_AT_ONCE
 from service.standalone import EmbeddedServer
-from tests.service.conftest import LIMIT, Api, Json, idle_api, problem
+from tests.service.conftest import LIMIT, Api, Json, idle_api, nothing_is_left, problem
 from tests.worker.figures import blob, blob_file, off
 
 Upload = Callable[..., Json]
@@ -203,8 +203,7 @@ def test_unreadable_meshes_are_refused_and_leave_nothing(
     assert len(document["detail"]) > 10
     assert document["errors"] == [{"field": "body.file", "message": document["detail"]}]
     problem(http.get(f"/v1/shapes/{name}"), 404, "shape-not-found")
-    left = [key for key in api.store.client.keys("*") if name.encode() in key]
-    assert left == []
+    nothing_is_left(api, name)
 
 
 def test_a_nan_among_coordinates_is_named(http: httpx2.Client) -> None:

@@ -25,7 +25,7 @@ from solver.transfer.files import (
     write_npz,
     write_surface,
 )
-from tests.service.conftest import Api, Json, problem
+from tests.service.conftest import Api, Json, nothing_is_left, problem
 from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
@@ -689,7 +689,7 @@ def test_hostile_files_are_refused_and_leave_nothing(
     http: httpx2.Client, api: Api, name: str, data: bytes, message: str
 ) -> None:
     assert message in problem(send(http, data, name), 422, "unusable-attributes")["detail"]
-    assert not [key for key in api.store.client.keys("*candidate*") if b":a-" in key]
+    nothing_is_left(api, "candidate", ":a-")
 
 
 def test_unknown_formats_are_refused(http: httpx2.Client) -> None:
