@@ -34,9 +34,10 @@ export async function batchView(place, result, job, signal) {
   const rows = await rowsOf(result.matches, signal);
   const path = job.state === "succeeded" ? job.links.result : job.links.partial;
   const succeeded = result.matches.filter((match) => match.state === "succeeded").length;
-  document.title = `${count(rows.length)} matches – isomatch`;
+  const matches = rows.length === 1 ? "1 match" : `${count(rows.length)} matches`;
+  document.title = `${matches} – isomatch`;
   fill(place,
-    h("h2", {}, `${count(rows.length)} matches with ${result.source_name ?? (await namesOf([result.source], signal))[0]}`),
+    h("h2", {}, `${matches} with ${result.source_name ?? (await namesOf([result.source], signal))[0]}`),
     h("p", { class: "actions" }, linkButton(job.id), " ", download(path, "JSON", `${job.id}.json`), " ",
       job.parameters.dense && h("a", { href: `#/landmarks/${job.id}`, class: "button" }, "Landmarks")),
     matchTable(rows, `${count(succeeded)} of ${count(rows.length)} matches have succeeded`));

@@ -3,7 +3,7 @@
 import { get } from "./api.js";
 import { h, fill, table, warningList, MOST_IN_FULL } from "./dom.js";
 import { download, exportsOf } from "./download.js";
-import { certifiedBadge, count, figure, percent } from "./format.js";
+import { certifiedBadge, count, figure, percent, several } from "./format.js";
 import { dissimilarityPicture, drawHeatMap } from "./heat_map.js";
 import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
@@ -43,7 +43,7 @@ export async function collectionView(place, result, job, signal) {
     h("p", { class: "proof" },
       certifiedBadge(result), " ",
       result.certified ? "All dissimilarities are proven minimal." :
-        `The dissimilarities of ${result.uncertified.length} pairs are not proven minimal.`),
+        `The dissimilarities of ${several(result.uncertified.length, "pair")} are not proven minimal.`),
     scores(result),
     warningList(result.warnings),
     map, chosen.node, detail,

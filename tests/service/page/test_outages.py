@@ -287,4 +287,5 @@ def test_a_cancelled_batch_shows_what_was_kept(page: Page, idle: Api) -> None:
     page.goto(f"/#/jobs/{requested(idle, 'batches', {'source': source, 'targets': [target]})}")
     page.get_by_role("button", name="Cancel").click()
     expect(page.get_by_role("table")).to_contain_text("0 of 1 matches have succeeded")
+    expect(page.locator("h2", has_text="1 match with")).to_be_visible()
     expect(page.locator("tbody .state")).to_have_text("cancelled")
