@@ -23,6 +23,10 @@ MOST_NUMBERED: Final = 12
 _MOST_NAMES: Final = 40
 """Shapes of which each is named on the axes; more names would overlap."""
 
+_CELL_DIGITS: Final = 2
+_TICK_DIGITS: Final = 3
+_HOVER_DIGITS: Final = 4
+
 _TICKS: Final = np.linspace(0.0, 1.0, 5)
 """Places of the ticks of the scale, as shares of its end."""
 
@@ -66,8 +70,14 @@ def draw_dissimilarities(
             },
             text=texts,
             texttemplate=None if texts is None else "%{text}",
-            hovertext=[[f"{row}, {column}" for column in named] for row in named],
-            hovertemplate="%{hovertext}: %{customdata:.4g}<extra></extra>",
+            hovertext=[
+                [
+                    f"{here}, {there}: {digits(value, _HOVER_DIGITS)}"
+                    for there, value in zip(named, row, strict=True)
+                ]
+                for here, row in zip(named, ordered.tolist(), strict=True)
+            ],
+            hovertemplate="%{hovertext}<extra></extra>",
             hoverongaps=False,
         )
     )
@@ -99,10 +109,20 @@ def scale_end(known: Floats) -> float:
     return max(float(np.quantile(known, quantile, method="lower")), 0.0) or 1.0
 
 
+def digits(value: float, significant: int) -> str:
+    """Return a number of so many digits, as pictures and the page write it; empty for NaN."""
+    if np.isnan(value):
+        return ""
+    mantissa, exponent = f"{value:.{significant - 1}e}".split("e")
+    if value == 0.0 or 1e-3 <= abs(value) < 1e5:
+        return f"{float(f'{mantissa}e{exponent}'):.15g}"
+    return f"{mantissa}e{int(exponent):+d}"
+
+
 def _tick_labels(end: float, *, clipped: bool) -> list[str]:
-    labels = [f"{value:.3g}" for value in _TICKS**2 * end]
+    labels = [digits(value, _TICK_DIGITS) for value in (_TICKS**2 * end).tolist()]
     return [*labels[:-1], f"≥ {labels[-1]}"] if clipped else labels
 
 
 def _cell_texts(matrix: Floats) -> list[list[str]]:
-    return [["" if np.isnan(value) else f"{value:.2g}" for value in row] for row in matrix]
+    return [[digits(value, _CELL_DIGITS) for value in row] for row in matrix.tolist()]

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 from isomatch._figures import Camera, Panel, draw_dissimilarities, draw_panels, position_colors
+from isomatch._figures.heat_map import digits
+
+from worker.pictures.heat_map import digits as as_in_pictures
 
 
 def seen(points: np.ndarray, camera: Camera) -> np.ndarray:
@@ -113,3 +116,20 @@ def test_numbers_are_written_and_the_end_of_a_clipped_scale_is_marked(
     assert (cells.text is not None) is written
     if written:
         assert list(cells.text[0][:3]) == ["0", "7", ""]
+
+
+@pytest.mark.parametrize("significant", [2, 3, 4])
+def test_numbers_are_written_as_in_pictures(significant: int) -> None:
+    values = [0.0, 2.84e-5, 9.999e-4, 1e-3, 0.5, 12.5, 99_999.0, 123_456.0, 2.5e200]
+    written = [digits(value, significant) for value in values]
+    assert written == [as_in_pictures(value, significant) for value in values]
+
+
+def test_small_numbers_have_exponents_of_few_digits() -> None:
+    matrix = np.full((3, 3), 2.84e-5)
+    matrix[0, 2] = matrix[2, 0] = np.nan
+    (cells,) = draw_dissimilarities(matrix, ["a", "b", "c"], None, "").data
+    assert list(cells.text[0]) == ["2.8e-5", "2.8e-5", ""]
+    assert cells.colorbar.ticktext[-1] == "2.84e-5"
+    assert cells.hovertext[0][1] == "a, b: 2.840e-5"
+    assert "hovertext" in cells.hovertemplate
