@@ -52,7 +52,8 @@ def draw_pair(axes: Axes, matched: Matched, colored: bool = False) -> None:
     colored
         Whether the meshes, which must have colours then, are drawn in them.
     """
-    view = source_view(matched.source.vertices - matched.source.vertices.mean(axis=0))
+    source = matched.source
+    view = source_view(source.vertices - source.vertices.mean(axis=0), source.faces)
     left, right = _seen(view, matched.source), _seen(view, matched.target)
     left[:, 0] -= left[:, 0].max() + 0.5 * _GAP
     right[:, 0] += 0.5 * _GAP - right[:, 0].min()

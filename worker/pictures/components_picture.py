@@ -64,11 +64,15 @@ def draw_components(
     used = np.unique(faces)
     centre = mean[used].mean(axis=0)
     if template is None:
-        view = source_view(mean[used] - centre)
+        view = source_view(mean[used] - centre, np.searchsorted(used, faces))
     else:
         rows_there, positions = template
         there = positions - positions.mean(axis=0)
-        view = target_view(source_view(there), there, mean[rows_there] - centre)
+        place = np.full(len(mean), -1)
+        place[rows_there] = np.arange(len(there))
+        known = place[faces]
+        standing = source_view(there, known[(known >= 0).all(axis=1)])
+        view = target_view(standing, there, mean[rows_there] - centre)
     shapes = {
         (row, step): view.of(_moved(mean - centre, row, step, components, variances))
         for row in range(rows)

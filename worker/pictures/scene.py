@@ -116,7 +116,7 @@ def prototype_scenes(
 
 def _side_by_side(source: Scene, target: Scene, side: Side) -> tuple[Scene, Scene]:
     """Rotate both into their views, and move them to the two sides of the origin."""
-    front = source_view(source.vertices)
+    front = source_view(source.vertices, source.faces)
     aligned = target_view(front, source.points, target.points) if len(source.points) >= 3 else front
     view, other = front.seen_from(side), aligned.seen_from(side)
     left, right = view.of(source.vertices), other.of(target.vertices)

@@ -5,13 +5,18 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.transform import Rotation
 
 from broker.contracts import View as Side
-from solver.arrays import FloatArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 
 _THIN = 0.75
 """Cosine above which an axis is the thin direction; at most one axis exceeds it (> 1/sqrt 2)."""
+
+_BASE = 0.2
+"""Share of the height, from the bottom, whose vertices are the base of a shape."""
 
 _TILT = 2.0
 """Factor by which squared distances must fall for a target to be tilted."""
@@ -54,20 +59,22 @@ class View:
         return View(_TURNS[side] @ self.axes)
 
 
-def source_view(vertices: FloatArray) -> View:
-    """Return the view along the thinnest direction of a shape, with its y or z axis up.
+def source_view(vertices: FloatArray, faces: IntArray) -> View:
+    """Return the view along the thinnest direction of a shape, with its y or z axis vertical.
 
-    Files have either axis up. Of the axes along which the shape is not thin, the one is chosen
-    whose lower end has the most widely spread vertices.
+    Files have either axis up, or down. Of the axes along which the shape is not thin, the one is
+    chosen whose lower end has the most widely spread vertices; the shape is turned over if it then
+    stands better.
 
     Parameters
     ----------
-    vertices
-        (V, 3), centred.
+    vertices, faces
+        (V, 3), centred, and (F, 3).
     """
     thin = np.linalg.eigh(np.cov(vertices.T))[1][:, 0]
     upright = [axis for axis in (1, 2) if abs(thin[axis]) <= _THIN]
-    up = np.eye(3)[max(upright, key=lambda axis: _support(vertices, axis))]
+    axis = max(upright, key=lambda axis: _support(vertices, axis))
+    up = np.eye(3)[axis] * (-1.0 if _stands_on_its_head(vertices, faces, axis) else 1.0)
     towards = thin - (thin @ up) * up
     towards /= np.linalg.norm(towards)
     # Eigenvectors have no sign: face the positive side of the axis that is nearest.
@@ -80,6 +87,45 @@ def _support(vertices: FloatArray, axis: int) -> float:
     height = vertices[:, axis]
     lowest = height <= height.min() + 0.1 * np.ptp(height)
     return float(np.delete(vertices[lowest], axis, axis=1).std(axis=0).sum())
+
+
+def _stands_on_its_head(vertices: FloatArray, faces: IntArray, axis: int) -> bool:
+    """Whether a shape stands better upside down, by all that bodies on their feet have in common.
+
+    Their weight is high, their base is broad, and limbs hang from them.
+    """
+    height = vertices[:, axis]
+    up, down = height - height.min(), height.max() - height
+    limit = _BASE * up.max()
+    return bool(
+        down.mean() > up.mean()
+        and _base(vertices, axis, down <= limit) > _base(vertices, axis, up <= limit)
+        and _limbs(down, faces) > _limbs(up, faces)
+    )
+
+
+def _base(vertices: FloatArray, axis: int, lowest: BoolArray) -> float:
+    """Squared area, but for a factor, of the ellipse of the lowest vertices."""
+    flat = np.delete(vertices[lowest], axis, axis=1)
+    centred = flat - flat.mean(axis=0)
+    return float(np.linalg.det(centred.T @ centred / len(flat)))
+
+
+def _limbs(height: FloatArray, faces: IntArray) -> float:
+    """How far limbs hang: the total persistence of components of sublevel sets, but for a constant.
+
+    A component begins at a vertex, and ends at an edge of the minimum spanning tree by the heights
+    of upper ends.
+    """
+    ends = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    keys = np.sort(ends[:, 0] * len(height) + ends[:, 1])
+    first, second = divmod(keys[np.diff(keys, prepend=-1) > 0], len(height))
+    # Of heights from 1, as edges of weight 0 are none.
+    upper = 1.0 + np.maximum(height[first], height[second])
+    tree = minimum_spanning_tree(coo_array((upper, (first, second)), shape=(len(height),) * 2))
+    used = np.zeros(len(height), dtype=bool)
+    used[faces] = True
+    return float(tree.sum() - height[used].sum())
 
 
 def target_view(view: View, source_points: FloatArray, target_points: FloatArray) -> View:

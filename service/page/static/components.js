@@ -54,7 +54,7 @@ async function fetched(job, template, signal) {
   const size = extent(mean.data) || 1;
   const whole = mean.data.map((value) => value / size);
   const mesh = simplified({ positions: whole, faces: Uint32Array.from(faces.data), colors: null });
-  const rows = standing === null ? sourceView(mesh.positions) : viewOf(standing, whole, new Set(faces.data));
+  const rows = standing === null ? sourceView(mesh) : viewOf(standing, whole, new Set(faces.data));
   const deviations = Array.from(variances.data, (variance) => Math.sqrt(Math.max(0, variance)));
   const steps = deviations.map((deviation, c) => rotated(rows, mesh.reduced(
     components.data.subarray(whole.length * c, whole.length * (c + 1)).map((value) => (deviation * value) / size))));
@@ -64,10 +64,11 @@ async function fetched(job, template, signal) {
 }
 
 // The mean has the orientation of the first specimen: it is turned as the template stands.
-function viewOf({ positions, numbers }, mean, used) {
+function viewOf(standing, mean, used) {
+  const { positions, numbers } = standing;
   const every = Math.ceil(numbers.length / ALIGNED);
   const places = [...numbers.keys()].filter((place) => place % every === 0 && used.has(numbers[place]));
-  return targetView(sourceView(positions),
+  return targetView(sourceView(standing),
     places.map((place) => pointAt(positions, place)), places.map((place) => pointAt(mean, numbers[place])));
 }
 

@@ -134,7 +134,7 @@ async function drawn(place, sides, pick, signal) {
   }));
   fill(place, sides.map(({ shape, end }, at) => h("figure", {}, nodes[at],
     h("figcaption", {}, h("span", { class: "faint" }, `${end} `), shape.name))));
-  sides.forEach((side) => rotate(side, sourceView(side.geometry.positions)));
+  sides.forEach((side) => rotate(side, sourceView(side.geometry)));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal, { picked: true }));
   await Promise.all(scenes.map((scene, at) => scene.show(behindNames(sides[at].mesh.colors, true))));
   if (signal.aborted) return null;

@@ -90,7 +90,7 @@ export function toggle(text, options, name, changed) {
 
 /** Rotate all shapes upright, and the target to align matched points. */
 export function rotateAll(sides, pairs) {
-  const rows = [sourceView(sides[0].geometry.positions)];
+  const rows = [sourceView(sides[0].geometry)];
   if (sides.length === 2) rows.push(alignedView(rows[0], sides, pairs));
   sides.forEach((side, k) => rotate(side, rows[k]));
 }

@@ -49,7 +49,7 @@ export async function prototypeDetails(place, prototype, signal, actions) {
 async function draw(place, prototype, signal) {
   const side = canDraw() ? await drawnPrototype(prototype, signal) : null;
   if (side === null || signal.aborted) return;
-  rotate(side, sourceView(side.geometry.positions));
+  rotate(side, sourceView(side.geometry));
   const points = Array.from({ length: side.points }, (_, point) => lifted(side, [side.place(point)], [1]));
   const colors = pointColors(points);
   const node = h("div", { class: "scene", "aria-label": `The points of ${prototype.name} on a shape` });

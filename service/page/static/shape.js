@@ -41,7 +41,7 @@ export async function shapeView(place, [id], signal) {
   const geometry = await geometryOf(id, signal);
   const mesh = simplified(geometry);
   drawn.textContent = shareDrawn(mesh.share, shape.faces);
-  const positions = rotated(sourceView(mesh.positions), mesh.positions);
+  const positions = rotated(sourceView(geometry), mesh.positions);
   const scene = new Scene(picture, { positions, faces: mesh.faces }, signal);
   await scene.show(mesh.colors);
 }

@@ -7,11 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from broker.contracts import View as Side
+from synthetic import articulated
 from tests.solver import shapes
 from worker.pictures import source_view
 from worker.pictures.view import target_view
 
-FRONT = source_view(shapes.blob(2).vertices)
+FRONT = source_view(shapes.blob(2).vertices, shapes.blob(2).faces)
 SIDES: tuple[Side, ...] = get_args(Side)
 
 
@@ -57,3 +58,23 @@ def test_a_bent_target_stands_upright() -> None:
     bent = points @ Rotation.from_rotvec([0.2, 0.0, 0.0]).as_matrix().T
     bent += 0.3 * np.random.default_rng(1).standard_normal(bent.shape)
     np.testing.assert_allclose(target_view(FRONT, points, bent).axes[1], FRONT.axes[1])
+
+
+@pytest.mark.parametrize(("category", "pose"), [("human", "standing"), ("dog", "walking")])
+@pytest.mark.parametrize("axis", [1, 2])
+def test_bodies_stand_on_their_feet(category: str, pose: str, axis: int) -> None:
+    """Whichever of y and z is vertical in their file, and whether it points up or down."""
+    body = articulated(category, pose)
+    vertices = body.vertices - body.vertices.mean(axis=0)
+    if axis == 2:
+        vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    for turn in (1.0, -1.0):
+        up = source_view(vertices * [1.0, turn, turn], body.faces).axes[1]
+        np.testing.assert_array_equal(up, turn * np.eye(3)[axis])
+
+
+@pytest.mark.parametrize(("category", "pose"), [("human", "reaching"), ("cat", "sitting")])
+def test_in_doubt_the_axis_points_up(category: str, pose: str) -> None:
+    body = articulated(category, pose)
+    vertices = body.vertices - body.vertices.mean(axis=0)
+    np.testing.assert_array_equal(source_view(vertices, body.faces).axes[1], [0.0, 1.0, 0.0])
