@@ -25,7 +25,7 @@ const RESULTS = {
 };
 const PARTIAL = { batch: batchProgress, dissimilarities: collectionProgress };
 
-export async function jobView(place, [id], signal) {
+export async function jobView(place, [id, part], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
   const head = h("section", { class: "card" });
   const body = h("div");
@@ -69,7 +69,7 @@ export async function jobView(place, [id], signal) {
       return;
     }
     head.className = "finished";
-    await RESULTS[job.kind](body, result, job, signal);
+    await RESULTS[job.kind](body, result, job, signal, part);
   }
 }
 

@@ -14,7 +14,8 @@ import { Selection } from "./selection.js";
 import { linkButton } from "./share_link.js";
 import { transferForm } from "./transfer_form.js";
 
-export async function matchView(place, result, job, signal) {
+/** @param {string|undefined} part number of the alternative that the address names */
+export async function matchView(place, result, job, signal, part) {
   const learned = result.source_kind === "prototype";
   const [source, target] = await Promise.all([
     recordOf(learned ? "prototypes" : "shapes", result.source, result.source_name, signal),
@@ -29,9 +30,14 @@ export async function matchView(place, result, job, signal) {
   const scenes = h("div", { class: "scenes" });
   const picture = h("span");
   const whose = h("span", { class: "faint" });
+  const known = hypotheses(result);
+  let shown = known[part]?.which ?? 0;
+  const address = () => (shown === 0 ? "" : `/${shown}`);
   let drawn = null;
   const choose = async (which) => {
-    const hypothesis = hypotheses(result)[which];
+    const hypothesis = known[which];
+    shown = which;
+    history.replaceState(null, "", `#/jobs/${job.id}${address()}`);
     selection.clear();
     fill(numbers, figures(result, job, hypothesis));
     fill(proof, proofOf(result, hypothesis));
@@ -44,18 +50,18 @@ export async function matchView(place, result, job, signal) {
   fill(place,
     h("h2", {}, name(source, learned), " and ", name(target)),
     proof,
-    warningList(result.warnings), orientationNote(result), alternatives(result, choose),
+    warningList(result.warnings), orientationNote(result), alternatives(known, shown, choose),
     h("div", { class: "judged" }, scenes, pairs), numbers,
     h("p", { class: "actions" },
-      linkButton(job.id), " ", picture, " ",
+      linkButton(job.id, address), " ", picture, " ",
       kept ? againLink(result, "Match again with other parameters") : null),
     files(job, result, whose),
     result.dense !== null && !learned && kept ? carrying(job, source, target) : null,
   );
-  await choose(0);
+  await choose(shown);
   try {
     drawn = await matchScenes(scenes, result, source, target, selection, signal);
-    if (drawn !== null) await choose(0);
+    if (drawn !== null) await choose(shown);
   } catch (error) {
     if (!signal.aborted) fill(scenes, problemBox(error));
   }
@@ -138,11 +144,11 @@ function summary(result) {
   return `${matched}${left}${result.refinement ? ", refined between vertices" : ""}.`;
 }
 
-function alternatives(result, choose) {
-  if (result.alternatives.length === 0) return null;
-  const options = hypotheses(result).map(({ which, relation, energy }) => h("label", {},
+function alternatives(known, shown, choose) {
+  if (known.length === 1) return null;
+  const options = known.map(({ which, relation, energy }) => h("label", {},
     h("input", {
-      type: "radio", name: "hypothesis", value: which, checked: which === 0,
+      type: "radio", name: "hypothesis", value: which, checked: which === shown,
       onchange: () => choose(which),
     }), " ", which === 0 ? "Answer" : `${which}: ${relation}`,
     h("span", { class: "faint" }, ` energy ${digits(energy)}`)));

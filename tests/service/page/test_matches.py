@@ -244,6 +244,13 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
     expect(picture).to_have_text("Picture (PNG) of alternative 1")
     whose = matched.get_by_text("These files are of the answer, not of alternative 1")
     expect(whose).to_be_visible()
+    # The address leads to the alternative.
+    job = job_of(matched).removesuffix("/1")
+    assert matched.url.endswith(f"/#/jobs/{job}/1")
+    matched.reload()
+    shown(matched)
+    expect(choices.nth(1)).to_be_checked()
+    expect(matched.locator(".proof .badge")).to_have_text(f"alternative 1: {said}")
     choices.nth(0).check()
     expect(matched.get_by_text("These files are of the answer")).to_be_hidden()
     expect(picture).to_have_attribute("href", re.compile(r"/result\.png$"))

@@ -171,6 +171,11 @@ def test_links_are_copied_and_opened(page: Page, api: Api, upload: Callable[...,
     expect(page.get_by_text("Copied.")).to_be_visible()
     address = page.evaluate("window.copied")
     assert address == f"{api.url}/#job={job}"
+    page.locator(".alternatives input").nth(1).check()
+    copy.click()
+    expect(page.get_by_text("Copied.")).to_be_visible()
+    assert page.evaluate("window.copied") == f"{address}/1"
+    page.locator(".alternatives input").nth(0).check()
     page.evaluate("window.denied = true")
     copy.click()
     expect(page.locator(ADDRESS)).to_have_value(address)
