@@ -74,14 +74,16 @@ export async function titleOf(job, signal) {
 
 // A button that chooses; pressed again, no longer.
 const chooseButton = (item, choice) => h("button", {
-  type: "button", class: "small choose", "aria-pressed": "false", "aria-label": `Choose ${item.name}`, "data-id": item.id,
-  onclick: () => choice.toggle(item),
-}, "Choose");
+  type: "button", class: "small choose", "data-id": item.id, "data-name": item.name, onclick: () => choice.toggle(item),
+});
 
 /** Show on the buttons of lists which shapes and prototypes are chosen. */
 export function markChosen(lists, ids) {
   for (const node of lists.querySelectorAll(".choose")) {
-    node.setAttribute("aria-pressed", String(ids.includes(node.dataset.id)));
+    const chosen = ids.includes(node.dataset.id);
+    node.textContent = chosen ? "Chosen" : "Choose";
+    node.setAttribute("aria-pressed", String(chosen));
+    node.setAttribute("aria-label", `${node.textContent} ${node.dataset.name}`);
   }
 }
 
