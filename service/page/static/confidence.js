@@ -18,13 +18,19 @@ const levelOf = (probability) => LEVELS.find(({ least }) => probability >= least
 /** "97 %", never 0 or 100: no calibration is as sure as that. */
 export const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
 
-/** How sure a match is, as a badge that has the reasons for doubt as its title; null likewise. */
+function badge({ probability }) {
+  const said = `confidence ${confidencePercent(probability)}`;
+  return h("span", { class: `badge ${levelOf(probability).badge}` }, probability < LIKELY_RIGHT ? `in doubt, ${said}` : said);
+}
+
+const list = (reasons) => h("ul", {}, reasons.map((reason) => h("li", {}, withCode(reason))));
+
+/** How sure a match is, as a badge, with the reasons for doubt below when it is opened; null likewise. */
 export function confidenceBadge({ confidence }) {
   if (!confidence) return null;
-  const { probability, reasons } = confidence;
-  const said = `confidence ${confidencePercent(probability)}`;
-  return h("span", { class: `badge ${levelOf(probability).badge}`, title: reasons.join("; ") },
-    probability < LIKELY_RIGHT ? `in doubt, ${said}` : said);
+  const { reasons } = confidence;
+  return reasons.length === 0 ? badge(confidence)
+    : h("details", { class: "reasons" }, h("summary", {}, badge(confidence), h("span", { class: "visually-hidden" }, ", reasons for doubt")), list(reasons));
 }
 
 /** How sure a match is, with the reasons for doubt; null where its surfaces were not registered. */
@@ -32,7 +38,7 @@ export function confidenceNote({ confidence }) {
   if (!confidence) return null;
   const { probability, reasons } = confidence;
   return h("div", { class: "confidence", "data-field": "confidence" },
-    h("p", {}, confidenceBadge({ confidence }), " ", levelOf(probability).meaning,
+    h("p", {}, badge(confidence), " ", levelOf(probability).meaning,
       reasons.length > 0 ? " Reasons for doubt:" : null),
-    reasons.length > 0 ? h("ul", {}, reasons.map((reason) => h("li", {}, withCode(reason)))) : null);
+    reasons.length > 0 ? list(reasons) : null);
 }

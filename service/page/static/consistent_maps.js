@@ -111,7 +111,7 @@ function pairDetail({ shapes }, known, pair, i, j) {
     h("h3", {}, link(i), " to ", link(j)),
     pair.mapped ? null : h("p", {}, `No map: ${pair.reason}.`),
     confidenceNote(pair),
-    improved(pair) ? h("p", {}, `Mapped by way of ${through}; by its own match: `, confidenceBadge({ confidence: pair.confidence_before })) : null,
+    improved(pair) ? h("div", {}, `Mapped by way of ${through}; by its own match: `, confidenceBadge({ confidence: pair.confidence_before })) : null,
     pair.cycle_error === null ? null : h("p", {}, "Cycle error: ", change(pair.cycle_error_before, pair.cycle_error, figure), "."),
     pair.mapped && !pair.fits ? h("p", {}, `It does not fit: ${pair.reason}.`) : null,
     h("p", { class: "actions" }, h("a", { href: `#/with/${shapes[i].shape}/${shapes[j].shape}`, class: "button" }, "Match these two")),

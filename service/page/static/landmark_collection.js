@@ -108,7 +108,7 @@ function row({ match, name, stem, carried, problem }) {
 }
 
 const leastOf = ({ label, confidence }) => [Number(confidence) < LIKELY_RIGHT
-  ? h("span", { class: "badge doubt", title: "in doubt" }, confidence) : confidence, ` at ${label}`];
+  ? h("span", { class: "badge doubt" }, `in doubt, ${confidence}`) : confidence, ` at ${label}`];
 
 const textOf = (format, stem, carried) => writeLandmarks(format, stem, writtenOf(carried), carried.coordinates);
 

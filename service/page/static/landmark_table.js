@@ -50,7 +50,7 @@ function row({ label, lack, confidence }, i, corrections, selection, step, sure)
 }
 
 const confidenceOf = (confidence) => (confidence !== null && Number(confidence) < LIKELY_RIGHT
-  ? h("span", { class: "badge doubt", title: "in doubt" }, confidence) : confidence ?? "");
+  ? h("span", { class: "badge doubt" }, `in doubt, ${confidence}`) : confidence ?? "");
 
 function chooseButton(label, i, selection, step, missing) {
   const swatch = h("span", { class: "swatch" });

@@ -165,6 +165,21 @@ def test_confidence_has_three_colours(page: Page, probability: float, badge: str
     assert text.endswith("low; give points, or `a")
 
 
+def test_reasons_for_doubt_are_opened_in_tables(page: Page) -> None:
+    """Titles are for mice alone."""
+    body = """
+        return given.map((reasons) => {
+          const badge = m.confidenceBadge({ confidence: { probability: 0.6, reasons } });
+          const said = [...badge.querySelectorAll("summary, li")].map((node) => node.textContent);
+          return [badge.tagName, badge.outerHTML.includes("title="), ...said];
+        });
+    """
+    assert call(page, "confidence", body, [[], ["low", "far"]]) == [
+        ["SPAN", False],
+        ["DETAILS", False, "confidence 60 %, reasons for doubt", "low", "far"],
+    ]
+
+
 def test_points_have_the_colours_of_pictures(page: Page) -> None:
     tall = np.random.default_rng(9).normal(size=(40, 3)) * [0.3, 1.0, 2.0]
     for points in (tall, tall * [1.0, 0.0, 1.0], tall[:1]):
@@ -371,6 +386,8 @@ def test_views_are_those_of_the_pictures(page: Page) -> None:
     for rows, (vertices, faces) in zip(call(page, "view", body, given), meshes, strict=True):
         expected = source_view(vertices - vertices.mean(axis=0), faces).axes
         np.testing.assert_allclose(rows, expected, atol=1e-9)
+        ups.add(tuple(expected[1]))
+    assert {(0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)} <= ups
 
 
 def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
@@ -386,8 +403,6 @@ def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
 
 
 def test_colours_are_transferred_by_a_dense_map(page: Page) -> None:
-        ups.add(tuple(expected[1]))
-    assert {(0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)} <= ups
     body = """
         const side = (numbers) => ({ mesh: { left: (v) => v, reduced: (values) => values },
           geometry: { positions: new Float32Array(3 * numbers.length) },
