@@ -18,6 +18,7 @@ import { zipped } from "./zip.js";
 
 const HEADS = ["Specimen", "Landmarks", "Mean confidence", "Least confidence", "State", "Files"];
 const ABOUT = "Open a specimen to see its landmarks and to correct them, those in doubt first. They are kept in this tab until it is closed.";
+const CARRIED = "They are carried to each specimen as soon as it is matched. Several templates: command isomatch landmarks.";
 const FULL = " This tab has no room to keep them all: download them before you leave this page.";
 
 /** @param {Object} batch the job of dense matches of a template with specimens */
@@ -56,7 +57,7 @@ export async function landmarkCollectionView(place, batch, signal) {
     h("h2", {}, "Landmarks: ", h("a", { href: `#/shapes/${template.id}` }, template.name), ` to ${several(known.matches.length, "specimen")}`),
     h("p", {}, h("a", { href: `#/jobs/${batch.id}` }, "Back to the matches")),
     h("div", { class: "columns" },
-      landmarkFileArea("template", template, "They are carried to each specimen as soon as it is matched.", take), system),
+      landmarkFileArea("template", template, CARRIED, take), system),
     said, progress, list);
   if (specimens.template !== null) {
     system.querySelector("select").value = specimens.template.coordinates;
