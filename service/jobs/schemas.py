@@ -14,6 +14,7 @@ from broker.contracts import (
     JobState,
     Problem,
     Progress,
+    TransferPayload,
     exports_of,
     subject_of,
 )
@@ -142,7 +143,7 @@ class Job(BaseModel):
     )
     parameters: dict[str, str | int | float | bool | None] = Field(
         description="Parameters of the request that differ from their defaults, but those that are"
-        " lists or have parameters of their own, which the result has."
+        " lists or have parameters of their own, which the result has. A transfer has `what`."
     )
     progress: Progress = Field(
         description='How far it is. The stage of a queued job is "queued", or "spectra" while its'
@@ -260,6 +261,8 @@ _CHOSEN: Final = {
 
 
 def _parameters(record: JobRecord) -> dict[str, str | int | float | bool | None]:
+    if isinstance(record.payload, TransferPayload):
+        return {"what": record.payload.what}
     parameters = getattr(record.payload, "parameters", None)
     if parameters is None:
         return {}

@@ -21,9 +21,13 @@ const KINDS = {
   validation: "Upload",
 };
 
+/** What transfers carry, where it has another name than in requests. */
+const CARRIED = { colors: "colours", skinning: "skinning weights", uv: "texture coordinates" };
+
 export const count = (number) => number.toLocaleString("en");
 export const stateName = (state) => STATES[state] ?? state;
-export const kindName = (kind) => KINDS[kind] ?? kind;
+/** "Match", "Transfer of landmarks". */
+export const kindName = ({ kind, parameters: { what } }) => `${KINDS[kind] ?? kind}${what === undefined ? "" : ` of ${CARRIED[what] ?? what}`}`;
 export const time = (iso) => new Date(iso).toLocaleString();
 
 const SPANS = [["day", 86400], ["hour", 3600], ["minute", 60]];

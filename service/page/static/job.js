@@ -31,7 +31,7 @@ export async function jobView(place, [id, part], signal) {
   const body = h("div");
   fill(place, head, body);
   let job = await get(path, signal);
-  const untitled = `${kindName(job.kind)} – isomatch`;
+  const untitled = `${kindName(job)} – isomatch`;
   document.title = untitled;
   const status = statusOf(job);
   titleOf(job, signal).then((text) => {
@@ -80,7 +80,7 @@ const orExpired = (answer) => answer.catch((error) => {
 });
 
 function statusOf(job) {
-  const title = h("h2", {}, kindName(job.kind));
+  const title = h("h2", {}, kindName(job));
   const said = h("p", { class: "status", role: "status" });
   const bar = h("progress", { max: 1, "aria-label": "Progress" });
   const share = h("span", { class: "faint" });

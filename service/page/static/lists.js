@@ -18,7 +18,7 @@ export const jobList = (signal, of = null) =>
     of === null ? "No job yet." : null, (job) => jobLine(job, signal), signal);
 
 function jobLine(job, signal) {
-  const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job.kind));
+  const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job));
   titleOf(job, signal).then((title) => fill(link, title)).catch(() => {});
   const changed = changedParameters(job);
   return h("li", { "data-job": job.id }, link, " ", changed === "" ? null : h("span", { class: "faint" }, `${changed} `),
@@ -55,12 +55,12 @@ export async function recentJobs(place, signal) {
 }
 
 // "dense, points 64": what tells jobs of the same shapes apart.
-const changedParameters = ({ parameters }) => Object.entries(parameters).map(([name, value]) =>
+const changedParameters = ({ parameters: { what, ...others } }) => Object.entries(others).map(([name, value]) =>
   (value === true ? name : value === false ? `no ${name}` : `${name} ${value}`).replaceAll("_", " ")).join(", ");
 
 // Kind of a job and names of its shapes, those of the request first; only the newest page of others is searched.
 export async function titleOf(job, signal) {
-  const kind = kindName(job.kind);
+  const kind = kindName(job);
   if (job.name !== null) return `${kind}: ${job.name}`;
   const ids = job.kind === "match" ? [job.source, job.target] : job.shapes.slice(0, MOST_NAMED);
   // Shapes are listed once each, and prototypes are named with their version.

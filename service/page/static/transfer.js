@@ -4,7 +4,7 @@ import { drawCarried } from "./carried_scenes.js";
 import { confidenceNote } from "./confidence.js";
 import { fill, h, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
-import { several } from "./format.js";
+import { kindName, several } from "./format.js";
 import { problemBox } from "./problem.js";
 import { linkButton } from "./share_link.js";
 import { matchLink } from "./stopped_job.js";
@@ -14,7 +14,7 @@ export async function transferView(place, result, job, signal) {
   // Values of a shape's own file have the name of their kind.
   const what = carried === result.what ? carried : `${result.what}: ${carried}`;
   const shown = h("div", { class: "carried" });
-  fill(place, h("h2", {}, "Transferred values"), h("p", {},
+  fill(place, h("h2", {}, kindName(job)), h("p", {},
     `${what}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
   confidenceNote(result), warningList(result.warnings), shown,
   h("p", { class: "actions" }, linkButton(job.id), " ",

@@ -1,5 +1,6 @@
 """Transfers on the page: a file is carried along a dense match, and what is refused is said."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -43,6 +44,7 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     page.get_by_label("File of values").set_input_files(str(file))
     page.get_by_role("button", name="Transfer", exact=True).click()
     page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
+    expect(page).to_have_title(re.compile(r"^Transfer of labels: .* – isomatch$"))
     with page.expect_download() as saved:
         page.get_by_role("link", name="CSV").click()
     # The labels are drawn, and named beside the shape.

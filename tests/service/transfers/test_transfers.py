@@ -114,6 +114,7 @@ def test_labels_of_a_table(http: httpx2.Client, match: str, pair: tuple[str, str
     assert http.get(f"/v1/attributes/{uploaded['id']}").json() == uploaded
     job = carried(http, match, attributes=uploaded["id"], what="labels")
     assert (job["source"], job["target"], job["kind"]) == (*pair, "transfer")
+    assert job["parameters"] == {"what": "labels"}
     np.testing.assert_array_equal(arrays_of(http, job)["part"][TRUTH], LABELS)
     result = http.get(job["links"]["result"]).json()
     assert (result["source_name"], result["target_name"]) == ("body.ply", "other.ply")
