@@ -8,7 +8,7 @@ import { count, figure, stateName } from "./format.js";
 import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 
-const HEADS = ["Target", "State", "Answer", "Second-order distortion"];
+const HEADS = ["Target", "State", "Answer", "Distortion of distances"];
 /** Milliseconds until matches that still run are requested again. */
 const AGAIN = 1000;
 

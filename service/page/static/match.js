@@ -192,7 +192,7 @@ function figures(result, job, { which, energy, distortion }) {
     ...(result.overlap ? [["Overlap", partOf(result.overlap), "overlap"]] : []),
     ...(result.proof ? [["Least energy over all samples", overAllSamples(result.proof), "proof"]] : []),
     ["Distortion of distances", figure(distortion.second_order), "second_order"],
-    ["Distortion of descriptors", figure(distortion.first_order), "first_order"],
+    ...(distortion.first_order === null ? [] : [["Distortion of descriptors", figure(distortion.first_order), "first_order"]]),
     ["Greatest distortion", figure(distortion.linf), "linf"],
     ...(result.gromov_hausdorff_distance ? [["Gromov–Hausdorff distance of the samples",
       ofTheSamples(result.gromov_hausdorff_distance), "gromov_hausdorff_distance"]] : []),

@@ -38,7 +38,8 @@ export async function matchScenes(place, result, source, target, selection, sign
   fill(place, h("div", { class: "both" }, h("div", { class: "pair" }, sides.map(caption(nodes))), announced), h("p", { class: "checks" },
     toggle("Numbers", options, "numbered", () => again()),
     sides.length === 1 ? null : toggle("Turn both together", options, "together", () => {}),
-    toggle(colorText(result, sides), options, "colored", () => again())));
+    toggle(colorText(result, sides), options, "colored", () => again()),
+    result.dense && result.overlap ? h("span", { class: "faint" }, "Grey: not on the other shape.") : null));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal));
 
   const show = async ({ correspondences, refined, dense }) => {

@@ -58,6 +58,7 @@ def test_its_matches_are_listed(
     expect(rows.first).to_contain_text("<b>one</b>")
     expect(rows.first).to_contain_text("confidence")
     expect(rows.last).to_contain_text("gone.off")
+    expect(page.get_by_role("columnheader", name="Distortion of distances")).to_be_visible()
     page.get_by_role("link", name="<b>one</b>").click()
     page.wait_for_url(f"**/#/jobs/{job['id']}-1")
     page.locator("[data-drawn]").wait_for(timeout=PATIENCE)

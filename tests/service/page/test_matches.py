@@ -365,7 +365,11 @@ def test_what_a_part_lacks_is_grey(page: Page, api: Api, matched: Page) -> None:
     result, job = result_of(matched, api), job_of(matched)
     inverse = result["dense"]["inverse"]
     half = {name: values[: len(values) // 2] for name, values in inverse.items()}
-    changed = result | {"dense": result["dense"] | {"inverse": half}}
+    changed = result | {
+        "dense": result["dense"] | {"inverse": half},
+        "overlap": {"part": "source", "source": 1.0, "target": 0.5},
+        "distortion": result["distortion"] | {"first_order": None},
+    }
     page.route(f"**/v1/jobs/{job}/result", answering(changed))
     page.goto(f"/#/jobs/{job}")
     shown(page)
@@ -373,6 +377,10 @@ def test_what_a_part_lacks_is_grey(page: Page, api: Api, matched: Page) -> None:
     lacking = len(inverse["target"]) - len(half["target"])
     assert scenes(page)[1].evaluate(grey) == lacking
     assert scenes(page)[0].evaluate(grey) == 0
+    expect(page.get_by_text("Grey: not on the other shape.")).to_be_visible()
+    # Parts are matched without descriptors.
+    expect(page.locator("[data-field=second_order]")).to_be_visible()
+    expect(page.locator("[data-field=first_order]")).to_have_count(0)
 
 
 def test_less_energy_of_another_correspondence_is_explained(
