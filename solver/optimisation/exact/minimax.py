@@ -17,7 +17,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control, Status, iterate
-from solver.labelling import LabellingProblem, Method, PairwiseTerms, Solution
+from solver.labelling import LabellingProblem, Method, Solution
 from solver.optimisation.exact.compatible_pairs import (
     DEPTH,
     FOUND,
@@ -152,13 +152,12 @@ def within_distortion(
     """
     x, y = problem.candidates.T
     difference = np.abs(source_distances[np.ix_(x, x)] - target_distances[np.ix_(y, y)])
-    first, second = np.nonzero(np.triu(difference > distortion, 1))
     pairwise = problem.pairwise_matrix()
+    compatible = np.isfinite(pairwise)
     worst = problem.n_sources * float(problem.unary.max(initial=0.0))
-    worst += problem.n_sources**2 * float(pairwise[np.isfinite(pairwise)].max(initial=0.0))
-    penalty = np.full(len(first), 2.0 * worst or 1.0)
-    terms = PairwiseTerms(first.astype(np.int64), second.astype(np.int64), penalty)
-    return replace(problem, terms=terms)
+    worst += problem.n_sources**2 * float(pairwise[compatible].max(initial=0.0))
+    penalty = np.where((difference > distortion) & compatible, 2.0 * worst or 1.0, 0.0)
+    return replace(problem, table=penalty + problem.table if len(problem.table) else penalty)
 
 
 def _bisect(
