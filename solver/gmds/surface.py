@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, at_vertices
 
 
@@ -93,24 +93,17 @@ def charts_of(mesh: TriangleMesh) -> Charts:
     base = np.linalg.norm(b - a, axis=1)
     along = np.einsum("fi,fi->f", c - a, b - a) / base
     height = np.linalg.norm(c - a - (along / base)[:, None] * (b - a), axis=1)
-    order = np.argsort(mesh.faces.ravel(), kind="stable")
-    counts = np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices)
-    return Charts(
-        np.ascontiguousarray(mesh.faces),
-        np.stack([base, along, height], axis=1),
-        _neighbours(mesh.faces, mesh.n_vertices),
-        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-        order // 3,
-    )
+    corners = np.stack([base, along, height], axis=1)
+    faces = np.ascontiguousarray(mesh.faces)
+    return Charts(faces, corners, _neighbours(mesh), *mesh.incident_faces)
 
 
-def _neighbours(faces: IntArray, n_vertices: int) -> IntArray:
-    ends = np.sort(faces[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2), axis=1)
-    keys = ends[:, 0] * n_vertices + ends[:, 1]
-    order = np.argsort(keys, kind="stable")
-    starts, counts = np.unique(keys[order], return_index=True, return_counts=True)[1:]
-    pairs: BoolArray = counts == 2
-    one, other = order[starts[pairs]], order[starts[pairs] + 1]
-    beyond = np.full(faces.size, -1, dtype=np.int64)
+def _neighbours(mesh: TriangleMesh) -> IntArray:
+    """(F, 3) triangle beyond the edge opposite each corner, or -1."""
+    sides = mesh.face_edges.of_side.ravel()
+    order = np.argsort(sides, kind="stable")
+    one, other = order[mesh.face_edges.counts[sides[order]] == 2].reshape(-1, 2).T
+    beyond = np.full(len(sides), -1, dtype=np.int64)
     beyond[one], beyond[other] = other // 3, one // 3
-    return beyond.reshape(-1, 3)
+    # The side opposite a corner starts at the next one.
+    return np.roll(beyond.reshape(-1, 3), -1, axis=1)
