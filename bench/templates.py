@@ -15,7 +15,7 @@ import numpy as np
 from bench.collection import KnownShape, collection, pairs_within_classes
 from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
-from solver.templates import register_template
+from solver.templates import register_template, surface_tree
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,13 @@ def quality(source: KnownShape, target: KnownShape) -> TemplateQuality:
     images = np.einsum(
         "vc,vcd->vd", found.dense.barycentric[rows], corners.reshape(len(rows), 3, 3)
     )
+    tree = surface_tree(theirs.vertices, theirs.faces)
+    centres = template.positions[ours.faces].mean(axis=1)
     moved = np.linalg.norm(template.positions - images, axis=1) / np.sqrt(theirs.area)
     return TemplateQuality(
         mean=float(template.distances.mean()),
         greatest=float(template.distances.max()),
-        centres=float(template.centre_distances.mean()),
+        centres=float(tree.distances(centres).mean() / np.sqrt(theirs.area)),
         flipped=int(template.flipped.sum()),
         faces=ours.n_faces,
         moved=float(moved.mean()),

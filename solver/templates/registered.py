@@ -56,8 +56,6 @@ class RegisteredTemplate:
         (V, 3) vertices of the template's mesh on the target, in the target's units.
     distances
         (V,) distances of the vertices from the target over √area.
-    centre_distances
-        (F,) distances of the centres of the triangles, which are chords of the target's surface.
     flipped
         (F,) triangles that are flipped: their normals make more than a right angle with that of the
         target's triangle nearest to their centre; where several are as near, as on an edge, with
@@ -68,7 +66,6 @@ class RegisteredTemplate:
 
     positions: FloatArray
     distances: FloatArray
-    centre_distances: FloatArray
     flipped: BoolArray
     reflected: bool
 
@@ -112,7 +109,6 @@ def register_template(
     return RegisteredTemplate(
         positions * size + _centre(target),
         surface.tree.distances(positions),
-        surface.tree.distances(positions[template.faces].mean(axis=1)),
         flipped,
         inverted != (_volume(template) * _volume(target) < 0.0),
     )
