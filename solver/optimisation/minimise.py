@@ -14,7 +14,7 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.control import Control, Status, iterate
 from solver.labelling import CERTIFIED_GAP, LabellingProblem, Method, Solution
-from solver.optimisation.dual_decomposition import DualDecomposition, DualState, Subproblems
+from solver.optimisation.dual_decomposition import DualDecomposition, DualState
 from solver.optimisation.exact import FEW_POINTS, Enumeration, m_best_solutions
 from solver.optimisation.primal import (
     IteratedLocalSearch,
@@ -49,7 +49,6 @@ def minimise(
     iterations: int = 2000,
     search_seconds: float = 0.5,
     gap: float = CERTIFIED_GAP,
-    subproblems: Subproblems | None = None,
     control: Control | None = None,
 ) -> Solution[IntArray]:
     """Solve problem (5): exactly where that is possible, else with a lower bound.
@@ -68,8 +67,6 @@ def minimise(
         counted.
     gap
         Relative gap that suffices.
-    subproblems
-        Split of the energy in the dual decomposition.
     control
         Cancels; at its deadline the best answer so far is returned with its bound.
 
@@ -104,9 +101,7 @@ def minimise(
     if searched.proven and len(searched):
         return searched[0]
     problem, start = _reduce(problem, start, searched)
-    method = DualDecomposition(
-        problem, start, subproblems, gap=gap, lower_bound=searched.lower_bound
-    )
+    method = DualDecomposition(problem, start, gap=gap, lower_bound=searched.lower_bound)
     return _take_turns(problem, method, iterations, control)
 
 

@@ -22,11 +22,7 @@ from solver.optimisation.dual_decomposition.groups import (
 from solver.optimisation.dual_decomposition.maxflow import MaxflowSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.relaxation import Subproblems
-from solver.optimisation.dual_decomposition.subgradient import (
-    DualDecomposition,
-    DualState,
-    dual_decomposition,
-)
+from solver.optimisation.dual_decomposition.subgradient import DualDecomposition, DualState
 from solver.optimisation.dual_decomposition.triple_choice import choose_triples
 from solver.optimisation.dual_decomposition.triples import TripleSubproblems
 
@@ -38,7 +34,6 @@ __all__ = [
     "Subproblems",
     "TripleSubproblems",
     "choose_triples",
-    "dual_decomposition",
     "full_costs",
     "full_groups",
     "sides_of",

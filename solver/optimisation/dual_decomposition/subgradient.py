@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solver.arrays import IntArray
-from solver.control import Control, Status, iterate
+from solver.control import Status
 from solver.labelling import CERTIFIED_GAP, LabellingProblem, Method, Solution, relative_gap
 from solver.optimisation.dual_decomposition.relaxation import Relaxation, Subproblems
 from solver.optimisation.primal import Incumbent, improved, local_search, solve_lap
@@ -90,7 +90,11 @@ class DualState:
         return relative_gap(self.incumbent.energy, self.lower_bound)
 
     def solution(self, status: Status) -> Solution[IntArray]:
-        """Return the best correspondence and bound so far."""
+        """Return the best correspondence and bound so far.
+
+        The bound is lowered by 1e-9 of the energy, for rounding errors. Without an iteration it is
+        0 where no cost is negative, else minus infinity, or the one that was known.
+        """
         return Solution(
             self.incumbent.partners,
             self.incumbent.energy,
@@ -180,55 +184,3 @@ class DualDecomposition:
     def done(self, state: DualState) -> bool:
         """Return whether the gap suffices."""
         return state.gap <= self._gap
-
-
-def dual_decomposition(
-    problem: LabellingProblem,
-    start: IntArray | None = None,
-    *,
-    subproblems: Subproblems | None = None,
-    iterations: int = 1000,
-    gap: float = CERTIFIED_GAP,
-    control: Control | None = None,
-) -> Solution[IntArray]:
-    """Solve problem (5) approximately, with a lower bound of its optimum.
-
-    Parameters
-    ----------
-    problem, start, subproblems, gap
-        See :class:`DualDecomposition`.
-    iterations
-        Limit on the iterations, each of which takes O(V²) time with metrics.
-    control
-        Cancels, or ends the iterations at a deadline.
-
-    Returns
-    -------
-    Solution
-        ``lower_bound <= optimum <= value``, up to rounding errors, for which the bound is lowered
-        by 1e-9 of the energy. Without an iteration the bound is 0 where no cost is negative, else
-        minus infinity. Its history is the best bound after each iteration.
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    InfeasibleError
-        Every source point must be matched, and the candidates do not allow it.
-
-    Examples
-    --------
-    A triangle and its mirror image, all nine pairs being candidates:
-
-    >>> import numpy as np
-    >>> from solver.labelling import LabellingProblem
-    >>> source = np.array([[0.0, 3.0, 4.0], [3.0, 0.0, 5.0], [4.0, 5.0, 0.0]])
-    >>> target = np.ascontiguousarray(source[::-1, ::-1])
-    >>> pairs = np.argwhere(np.ones((3, 3)))
-    >>> found = dual_decomposition(LabellingProblem(pairs, np.zeros(9), source, target))
-    >>> found.answer.tolist(), found.value, found.certified
-    ([2, 1, 0], 0.0, True)
-    """
-    method = DualDecomposition(problem, start, subproblems, gap=gap)
-    ended = iterate(method, iterations, control or Control())
-    return ended.state.solution(ended.status)

@@ -5,14 +5,11 @@ import pytest
 
 from solver.labelling import LabellingProblem
 from solver.optimisation import ReparametrisedCosts, minimise
-from solver.optimisation.dual_decomposition import (
-    DualDecomposition,
-    Subproblems,
-    dual_decomposition,
-)
+from solver.optimisation.dual_decomposition import DualDecomposition, Subproblems
 from solver.optimisation.exact import divide_triples, m_best_solutions
 from solver.optimisation.primal import fuse, local_search
 from solver.optimisation.regions import can_prove
+from tests.solver.optimisation.dual_decomposition.decomposed import decomposed
 from tests.solver.optimisation.exact.test_branch_and_bound import REGIMES
 from tests.solver.optimisation.primal.test_local_search import neighbours
 from tests.solver.problems import all_solutions, metric_instance, with_triples
@@ -73,7 +70,7 @@ def test_bound_of_the_dual_decomposition(subproblems: Subproblems, gamma: float)
     for seed in range(3):
         problem = instance(5, 6, seed, noise=1.0, occlusion_cost=gamma)
         optimum = all_solutions(problem)[0][0]
-        found = dual_decomposition(problem, subproblems=subproblems, iterations=60)
+        found = decomposed(problem, subproblems, iterations=60)
         assert found.lower_bound <= optimum + 1e-12 <= found.value + 2e-12
 
 
@@ -99,7 +96,7 @@ def test_third_order_costs_raise_the_bound() -> None:
         problem = instance(6, 6, seed, noise=0.0, unary=0.0, beta=0.0)
         optimum = all_solutions(problem)[0][0]
         bounds = [
-            dual_decomposition(problem, subproblems=chosen, iterations=100).lower_bound
+            decomposed(problem, chosen, iterations=100).lower_bound
             for chosen in (Subproblems(source_pairs=False), Subproblems())
         ]
         assert bounds[0] == 0.0

@@ -8,11 +8,8 @@ import pytest
 from solver.control import Control, iterate
 from solver.errors import Cancelled
 from solver.labelling import LabellingProblem
-from solver.optimisation.dual_decomposition import (
-    DualDecomposition,
-    Subproblems,
-    dual_decomposition,
-)
+from solver.optimisation.dual_decomposition import DualDecomposition, Subproblems
+from tests.solver.optimisation.dual_decomposition.decomposed import decomposed
 from tests.solver.optimisation.exact.test_branch_and_bound import REGIMES
 from tests.solver.problems import all_solutions, explicit_instance, metric_instance, relabelled
 
@@ -23,7 +20,7 @@ def test_bound_is_under_the_optimum_and_the_answer_above(regime: str, n: int, m:
     for seed in range(5):
         problem = metric_instance(n, m, seed, **REGIMES[regime])
         optimum = all_solutions(problem)[0][0]
-        found = dual_decomposition(problem, iterations=150)
+        found = decomposed(problem, iterations=150)
         assert found.lower_bound <= optimum + 1e-12
         assert optimum <= found.value + 1e-12
         assert problem.energy(found.answer) == pytest.approx(found.value)
@@ -33,9 +30,7 @@ def test_bound_is_under_the_optimum_and_the_answer_above(regime: str, n: int, m:
 
 
 def test_bound_is_tight_on_square_instances() -> None:
-    gaps = [
-        dual_decomposition(metric_instance(8, 8, seed), iterations=1000).gap for seed in range(10)
-    ]
+    gaps = [decomposed(metric_instance(8, 8, seed), iterations=1000).gap for seed in range(10)]
     assert np.median(gaps) <= 1e-4
     assert max(gaps) < 0.05
 
@@ -44,7 +39,7 @@ def test_bound_does_not_depend_on_the_numbering() -> None:
     problem = metric_instance(6, 7, 3)
     rng = np.random.default_rng(0)
     again = relabelled(problem, rng.permutation(6), rng.permutation(7))
-    first, second = (dual_decomposition(p, iterations=600, gap=0.0) for p in (problem, again))
+    first, second = (decomposed(p, iterations=600, gap=0.0) for p in (problem, again))
     assert first.value == pytest.approx(second.value)
     # Ties may be broken otherwise, so the paths differ; where they lead does not.
     assert first.lower_bound == pytest.approx(second.lower_bound, rel=0.02)
@@ -52,19 +47,19 @@ def test_bound_does_not_depend_on_the_numbering() -> None:
 
 def test_the_same_question_has_the_same_answer() -> None:
     problem = metric_instance(7, 9, 1, noise=0.7)
-    first, second = (dual_decomposition(problem, iterations=100) for _ in range(2))
+    first, second = (decomposed(problem, iterations=100) for _ in range(2))
     assert first.history == second.history
     assert (first.answer == second.answer).all()
 
 
 def test_deadline_and_cancellation() -> None:
     problem = metric_instance(8, 8, 0)
-    late = dual_decomposition(problem, control=Control(deadline=time.monotonic()))
+    late = decomposed(problem, control=Control(deadline=time.monotonic()))
     assert late.iterations == 0
     assert late.lower_bound == 0.0
     assert problem.energy(late.answer) == pytest.approx(late.value)
     with pytest.raises(Cancelled):
-        dual_decomposition(problem, control=Control(is_cancelled=lambda: True))
+        decomposed(problem, control=Control(is_cancelled=lambda: True))
 
 
 COMBINATIONS = {
@@ -94,9 +89,7 @@ def test_every_combination_bounds_the_optimum(combination: str) -> None:
     for seed in range(3):
         for problem in instances(seed):
             optimum = all_solutions(problem)[0][0]
-            found = dual_decomposition(
-                problem, subproblems=COMBINATIONS[combination], iterations=60, gap=1e-7
-            )
+            found = decomposed(problem, COMBINATIONS[combination], iterations=60, gap=1e-7)
             assert found.lower_bound <= optimum + 1e-9
             assert optimum <= found.value + 1e-9
             assert problem.energy(found.answer) == pytest.approx(found.value)
@@ -145,7 +138,7 @@ def test_more_subproblems_bound_better() -> None:
     for seed in range(2):
         problem = metric_instance(8, 10, seed, noise=0.3, occlusion_cost=0.5)
         for name, subproblems in combinations.items():
-            found = dual_decomposition(problem, subproblems=subproblems, iterations=600)
+            found = decomposed(problem, subproblems, iterations=600)
             gaps.setdefault(name, []).append(found.gap)
     mean = {name: float(np.mean(values)) for name, values in gaps.items()}
     assert mean["maxflow"] > mean["one side"] > mean["two sides"] > mean["triples"]
