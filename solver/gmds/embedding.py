@@ -30,14 +30,11 @@ class Embedding:
     ----------
     vertices
         (N,) vertices of X, farthest first.
-    initial
-        (N,) vertices of Y at which the descent began.
     solution
         Points of Y, and their stress.
     """
 
     vertices: IntArray
-    initial: IntArray
     solution: Solution[SurfacePoints]
 
     @property
@@ -93,7 +90,7 @@ def embed(
     start = SurfacePoints.at_vertices(target.surface, initial)
     term = Term(sampling.distances, metric, np.ones_like(sampling.distances))
     solution = gmds([term], start, control=control)
-    return Embedding(sampling.indices, initial, solution)
+    return Embedding(sampling.indices, solution)
 
 
 def _initial(

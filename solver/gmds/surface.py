@@ -56,13 +56,6 @@ class SurfacePoints:
         """Return the first points."""
         return SurfacePoints(self.faces[:count], self.barycentric[:count])
 
-    def joined(self, others: "SurfacePoints") -> "SurfacePoints":
-        """Return these points and others after them."""
-        return SurfacePoints(
-            np.concatenate([self.faces, others.faces]),
-            np.concatenate([self.barycentric, others.barycentric]),
-        )
-
 
 class Charts(NamedTuple):
     """Planar coordinates of every triangle, and the adjacency of triangles.

@@ -28,8 +28,8 @@ def test_a_plane_is_exact_near_and_far(embedded: bool) -> None:
     mesh = shapes.plane_grid()
     metric = EmbeddedMetric(mesh.vertices) if embedded else StraightMetric(mesh)
     points = random_points(mesh, 0, 80)
-    near = SurfacePoints(points.faces, np.roll(points.barycentric, 1, axis=1))  # same triangles
-    points = points.joined(near)
+    u = points.barycentric  # and further points of the same triangles
+    points = SurfacePoints(np.tile(points.faces, 2), np.concatenate([u, np.roll(u, 1, axis=1)]))
     places = points.positions(mesh.vertices, mesh.faces)
     exact = np.linalg.norm(places[:, None] - places, axis=2)
     found = InterpolatedMetric(metric, mesh).between(points)
