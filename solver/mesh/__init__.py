@@ -4,7 +4,13 @@ from solver.mesh.components import component_areas, largest_component, of_compon
 from solver.mesh.corners import at_vertices
 from solver.mesh.file_contents import mapped_surface, textured_surface
 from solver.mesh.mean_curvature import mean_curvature_measures
-from solver.mesh.nearest_points import descend, nearest_in_fan, nearest_in_triangle, project
+from solver.mesh.nearest_points import (
+    descend,
+    nearby_vertex,
+    nearest_in_fan,
+    nearest_in_triangle,
+    project,
+)
 from solver.mesh.normals import face_normals, vertex_normals
 from solver.mesh.reading import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.mesh.rotations import nearest_rotations
@@ -21,6 +27,7 @@ __all__ = [
     "largest_component",
     "mapped_surface",
     "mean_curvature_measures",
+    "nearby_vertex",
     "nearest_in_fan",
     "nearest_in_triangle",
     "nearest_rotations",

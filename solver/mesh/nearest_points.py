@@ -30,30 +30,50 @@ def descend(
     (S,) vertices that are nearer to their query than all their neighbours, or as near.
     """
     found = np.empty(len(queries), dtype=np.int64)
-    dimensions = queries.shape[1]
     for place in range(len(queries)):
-        here = start[place]
-        least = 0.0
-        for d in range(dimensions):
-            offset = queries[place, d] - points[here, d]
-            least += offset * offset
-        moved = True
-        while moved:
-            moved = False
-            nearest = here
-            for entry in range(first[here], first[here + 1]):
-                other = neighbours[entry]
-                square = 0.0
-                for d in range(dimensions):
-                    offset = queries[place, d] - points[other, d]
-                    square += offset * offset
-                    if square >= least:
-                        break
-                if square < least:
-                    least, nearest, moved = square, other, True
-            here = nearest
-        found[place] = here
+        found[place] = nearby_vertex(queries[place], points, first, neighbours, start[place])
     return found
+
+
+@kernel
+def nearby_vertex(
+    query: RealArray, points: RealArray, first: IntArray, neighbours: IntArray, start: int
+) -> int:
+    """Descend as :func:`descend` does, for one query.
+
+    Parameters
+    ----------
+    query
+        (d,).
+    points, first, neighbours
+        As for :func:`descend`.
+    start
+        The vertex to begin at.
+
+    Returns
+    -------
+    A vertex that is nearer to the query than all its neighbours, or as near.
+    """
+    here, least = start, 0.0
+    for d in range(len(query)):
+        offset = query[d] - points[here, d]
+        least += offset * offset
+    moved = True
+    while moved:
+        moved = False
+        nearest = here
+        for entry in range(first[here], first[here + 1]):
+            other = neighbours[entry]
+            square = 0.0
+            for d in range(len(query)):
+                offset = query[d] - points[other, d]
+                square += offset * offset
+                if square >= least:
+                    break
+            if square < least:
+                least, nearest, moved = square, other, True
+        here = nearest
+    return here
 
 
 @kernel

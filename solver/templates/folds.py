@@ -19,7 +19,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.mesh import nearest_in_fan
+from solver.mesh import nearby_vertex, nearest_in_fan
 from solver.templates.surface_tree import SurfaceTree, nearest_triangles
 
 _STEPS = 1.0, 0.5, 0.25
@@ -132,22 +132,16 @@ def place(
     placement: Placement, vertex: int, x: float, y: float, z: float, start: int, surface: Surface
 ) -> None:
     """Move a vertex to the point of the surface nearest to (x, y, z), by descent from `start`."""
-    here = _descended(x, y, z, start, surface)
+    point, vertices = np.array([x, y, z]), surface.vertices
+    here = nearby_vertex(point, vertices, surface.first, surface.neighbours, start)
     face, (one, two, three) = nearest_in_fan(
-        np.array([x, y, z]),
-        surface.vertices,
-        surface.faces,
-        surface.first_face,
-        surface.incident,
-        here,
+        point, vertices, surface.faces, surface.first_face, surface.incident, here
     )
     a, b, c = surface.faces[face]
     length = 0.0
     for d in range(3):
         placement.positions[vertex, d] = (
-            one * surface.vertices[a, d]
-            + two * surface.vertices[b, d]
-            + three * surface.vertices[c, d]
+            one * vertices[a, d] + two * vertices[b, d] + three * vertices[c, d]
         )
         normal = (
             one * surface.normals[a, d]
@@ -159,30 +153,6 @@ def place(
     for d in range(3):
         placement.normals[vertex, d] /= np.sqrt(length) + 1e-30
     placement.nearest[vertex] = here
-
-
-@kernel
-def _descended(x: float, y: float, z: float, start: int, surface: Surface) -> int:
-    """Vertex that is nearer to a point than its neighbours are."""
-    here, vertices = start, surface.vertices
-    least = _square(x, y, z, vertices, here)
-    moved = True
-    while moved:
-        moved = False
-        nearest = here
-        for entry in range(surface.first[here], surface.first[here + 1]):
-            other = surface.neighbours[entry]
-            square = _square(x, y, z, vertices, other)
-            if square < least:
-                least, nearest, moved = square, other, True
-        here = nearest
-    return here
-
-
-@kernel
-def _square(x: float, y: float, z: float, vertices: FloatArray, vertex: int) -> float:
-    a, b, c = x - vertices[vertex, 0], y - vertices[vertex, 1], z - vertices[vertex, 2]
-    return float(a * a + b * b + c * c)
 
 
 @kernel
