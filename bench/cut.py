@@ -7,8 +7,7 @@ import numpy as np
 from bench.collection import KnownShape
 from bench.humans import USUAL, random_pose, random_proportions
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh import TriangleMesh, triangle_areas, triangle_mesh
-from solver.mesh.repair import components_of
+from solver.mesh import TriangleMesh, components_of, triangle_areas, triangle_mesh
 from solver.shape import Shape
 from synthetic import human_figure
 from synthetic.shapes import correspondence, posed

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.collection import KnownShape
 from solver.arrays import BoolArray
-from solver.mesh.repair import components_of
+from solver.mesh import components_of
 
 TORN = 0.2
 """Distance in space over √area between the partners of neighbours from which on the truth is torn

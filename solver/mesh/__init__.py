@@ -2,6 +2,7 @@
 
 from solver.mesh.components import component_areas, largest_component, of_components
 from solver.mesh.corners import at_vertices
+from solver.mesh.edges import components_of, non_manifold_vertices
 from solver.mesh.file_contents import mapped_surface, textured_surface
 from solver.mesh.mean_curvature import mean_curvature_measures
 from solver.mesh.nearest_points import (
@@ -22,6 +23,7 @@ __all__ = [
     "TriangleMesh",
     "at_vertices",
     "component_areas",
+    "components_of",
     "descend",
     "face_normals",
     "largest_component",
@@ -31,6 +33,7 @@ __all__ = [
     "nearest_in_fan",
     "nearest_in_triangle",
     "nearest_rotations",
+    "non_manifold_vertices",
     "of_components",
     "project",
     "read_mesh",

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh.repair import components_of
+from solver.mesh.edges import components_of
 
 
 def component_links(vertices: FloatArray, component: IntArray, edge: float) -> IntArray:

@@ -3,8 +3,8 @@
 import numpy as np
 
 from solver.arrays import FloatArray
+from solver.mesh.edges import same_direction
 from solver.mesh.normals import face_normals
-from solver.mesh.repair import same_direction
 from solver.mesh.triangle_mesh import TriangleMesh
 
 

@@ -8,8 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.mesh.edges import Edges, components_of, edges_of, fans_of
 from solver.mesh.links import component_links
-from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of, fans_of
+from solver.mesh.repair import TriangleSoup
 
 _HOLE_LENGTH, _HOLE_EDGES = 0.1, 3
 """Length over √area, or number of edges, of the boundary of a small hole: less than the girth of a

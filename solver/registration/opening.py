@@ -14,8 +14,7 @@ import scipy.sparse as sp
 from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh import TriangleMesh, triangle_areas
-from solver.mesh.repair import components_of
+from solver.mesh import TriangleMesh, components_of, triangle_areas
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
 from solver.shape.laplacian import definite_factor

@@ -7,13 +7,12 @@ Vertices keep the user's numbers.
 
 from solver.mesh.repair.boundary import boundary_of, denser_than
 from solver.mesh.repair.debris import without_debris
-from solver.mesh.repair.defects import non_manifold_vertices, with_defects_noted
+from solver.mesh.repair.defects import with_defects_noted
 from solver.mesh.repair.degenerate import (
     without_repeated_corners,
     without_repeated_faces,
     without_zero_area_faces,
 )
-from solver.mesh.repair.edges import Edges, components_of, edges_of, fans_of, same_direction
 from solver.mesh.repair.hopeless import checked_components, checked_surface
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
@@ -39,19 +38,13 @@ _STEPS = (
 
 __all__ = [
     "MOST_CORNERS",
-    "Edges",
     "TriangleSoup",
     "boundary_of",
     "check_coordinates",
-    "components_of",
     "counted",
     "denser_than",
-    "edges_of",
-    "fans_of",
     "groups_of_equal_rows",
-    "non_manifold_vertices",
     "repaired",
-    "same_direction",
     "triangulated",
 ]
 

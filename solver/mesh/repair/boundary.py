@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh.repair.edges import Edges
+from solver.mesh.edges import Edges
 
 _MOST_CANDIDATES: Final = 64
 """Boundary vertices in the sphere over a boundary edge, on average; where there are more, finding

@@ -3,7 +3,7 @@
 import numpy as np
 
 from solver.arrays import FloatArray
-from solver.mesh.repair.edges import components_of
+from solver.mesh.edges import components_of
 from solver.mesh.repair.soup import TriangleSoup, counted
 
 _DEBRIS = 1e-3

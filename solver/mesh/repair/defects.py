@@ -3,8 +3,7 @@
 import numpy as np
 from scipy.spatial import KDTree
 
-from solver.arrays import IntArray
-from solver.mesh.repair.edges import Edges, fans_of
+from solver.mesh.edges import non_manifold_vertices
 from solver.mesh.repair.soup import TriangleSoup, counted
 
 _CRACK_WIDTH = 0.1
@@ -41,25 +40,6 @@ def with_defects_noted(soup: TriangleSoup) -> TriangleSoup:
             " edge: if the surface has a crack there, close it, or distances lead around it"
         )
     return soup.noting(*notes)
-
-
-def non_manifold_vertices(faces: IntArray, edges: Edges) -> IntArray:
-    """Vertices whose faces are not connected over the edges at them: they have several fans.
-
-    Parameters
-    ----------
-    faces
-        (F, 3).
-    edges
-        Of these faces.
-
-    Returns
-    -------
-    (n,) int64 vertex indices, ascending.
-    """
-    _, first = np.unique(fans_of(faces, edges), return_index=True)
-    found: IntArray = np.flatnonzero(np.bincount(faces.reshape(-1)[first]) > 1)
-    return found
 
 
 def _cracks(soup: TriangleSoup) -> int:

@@ -1,7 +1,7 @@
 """Faces that are no surface: refused before repair and matching spend minutes on them."""
 
 from solver.errors import MeshError
-from solver.mesh.repair.edges import components_of
+from solver.mesh.edges import components_of
 from solver.mesh.repair.soup import TriangleSoup
 
 _MOST_IRREGULAR = 2.0

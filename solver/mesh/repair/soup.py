@@ -7,8 +7,8 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
+from solver.mesh.edges import Edges, edges_of
 from solver.mesh.repair.boundary import Boundary, boundary_of
-from solver.mesh.repair.edges import Edges, edges_of
 from solver.mesh.textures import Paint
 
 _LARGEST = 1e64

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
+from solver.mesh.edges import components_of
 from solver.mesh.repair.boundary import denser_than
-from solver.mesh.repair.edges import components_of
 from solver.mesh.repair.soup import TriangleSoup, counted, groups_of_equal_rows
 
 _SEAM = 1e-5

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh.repair.edges import components_of, same_direction
+from solver.mesh.edges import components_of, same_direction
 from solver.mesh.repair.soup import TriangleSoup, counted
 
 _NEARLY_CLOSED = 0.05

@@ -3,7 +3,7 @@
 import numpy as np
 
 from solver.arrays import BoolArray, IntArray
-from solver.mesh.repair import components_of
+from solver.mesh import components_of
 from solver.registration.lacking import RETURN_DISTANCE, inside
 from solver.registration.surface import SmoothSurface
 from solver.registration.surface_map import Images, SurfaceMap, places

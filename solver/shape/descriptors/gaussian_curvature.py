@@ -5,8 +5,7 @@ import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray
 from solver.errors import OptionError
-from solver.mesh import TriangleMesh
-from solver.mesh.repair import non_manifold_vertices
+from solver.mesh import TriangleMesh, non_manifold_vertices
 from solver.shape.laplacian import definite_factor, laplacian
 
 _STEPS = 4

@@ -12,8 +12,8 @@ from scipy.spatial.distance import cdist
 from solver.arrays import FloatArray, IntArray
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, largest_component, triangle_mesh
+from solver.mesh.edges import components_of
 from solver.mesh.links import component_links
-from solver.mesh.repair import components_of
 from solver.shape import Shape
 from solver.shape.geodesics import GEODESIC_METHODS, geodesics
 from solver.shape.laplacian import laplacian

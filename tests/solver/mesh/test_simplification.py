@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, simplified, triangle_mesh
-from solver.mesh.repair import edges_of
+from solver.mesh.edges import edges_of
 from solver.shape import Shape
 from tests.solver import shapes
 from tests.solver.mesh.repair.damage import Damage, distorting, seams

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh, largest_component, triangle_areas, triangle_mesh
-from solver.mesh.repair import non_manifold_vertices
+from solver.mesh.edges import non_manifold_vertices
 from synthetic import glued, punched
 from tests.solver import shapes
 

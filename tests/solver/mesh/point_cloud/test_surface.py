@@ -10,7 +10,7 @@ from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, face_normals, read_mesh, triangle_mesh, vertex_normals
-from solver.mesh.repair import edges_of, non_manifold_vertices
+from solver.mesh.edges import edges_of, non_manifold_vertices
 from solver.shape import Shape
 from synthetic import human
 from tests.solver import shapes

@@ -7,7 +7,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh.repair import boundary_of, denser_than, edges_of
+from solver.mesh.edges import edges_of
+from solver.mesh.repair import boundary_of, denser_than
 
 
 class CountingTree(KDTree):

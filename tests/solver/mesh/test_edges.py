@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solver.mesh.repair import edges_of, non_manifold_vertices
+from solver.mesh.edges import edges_of, non_manifold_vertices
 from tests.solver import shapes
 
 

@@ -1,4 +1,4 @@
-"""Edges of a triangle soup, their faces, and the boundary edges among them."""
+"""Edges of triangles: their faces, the boundary edges, fans at vertices, and components."""
 
 from dataclasses import dataclass
 
@@ -112,6 +112,25 @@ def fans_of(faces: IntArray, edges: Edges) -> IntArray:
     same = edge[order][1:] == edge[order][:-1]
     links = [np.stack([ends[order][1:], ends[order][:-1]], axis=1)[same] for ends in (low, high)]
     return components_of(np.concatenate(links), faces.size).reshape(-1, 3)
+
+
+def non_manifold_vertices(faces: IntArray, edges: Edges) -> IntArray:
+    """Vertices whose faces are not connected over the edges at them: they have several fans.
+
+    Parameters
+    ----------
+    faces
+        (F, 3).
+    edges
+        Of these faces.
+
+    Returns
+    -------
+    (n,) int64 vertex indices, ascending.
+    """
+    _, first = np.unique(fans_of(faces, edges), return_index=True)
+    found: IntArray = np.flatnonzero(np.bincount(faces.reshape(-1)[first]) > 1)
+    return found
 
 
 def components_of(pairs: IntArray, size: int) -> IntArray:
