@@ -16,8 +16,7 @@ import numpy as np
 from bench.collection import KnownShape, collection
 from bench.command_line import command_line, parsed, print_json
 from bench.map_error import WRONG, MapError, map_error
-from solver.consistency import Consistency, images_of, improve
-from solver.consistency.maps import Pair
+from solver.consistency import Consistency, Pair, images_of, improve
 from solver.matching import MatchOptions, match
 from solver.registration import DenseCorrespondence
 

@@ -18,8 +18,7 @@ from bench.command_line import command_line, parsed, print_json
 from bench.surface_error import FARTHEST, truths_of
 from solver.arrays import IntArray
 from solver.control import Control
-from solver.matching import MatchOptions, build_level, build_varadhan_level
-from solver.matching.third_order import ThirdOrderTerm
+from solver.matching import MatchOptions, ThirdOrderTerm, build_level, build_varadhan_level
 from solver.optimisation import minimise
 
 VARADHAN = "varadhan"

@@ -18,7 +18,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, triangle_areas
 from solver.registration import DenseCorrespondence
-from solver.shape.sampling import farthest_point_sampling
+from solver.shape import farthest_point_sampling
 from solver.transfer import FACES, PullBack, overlap_of
 
 SEGMENTS = 8

@@ -7,7 +7,7 @@ from solver.consistency.improvement import (
     images_of,
     improve,
 )
-from solver.consistency.maps import CollectionMaps, CycleErrors, cycle_errors
+from solver.consistency.maps import CollectionMaps, CycleErrors, Pair, cycle_errors
 from solver.consistency.paths import probable_paths
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
     "Consistency",
     "CycleErrors",
     "ImprovedMap",
+    "Pair",
     "cycle_errors",
     "images_of",
     "improve",

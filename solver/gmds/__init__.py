@@ -6,7 +6,7 @@
 """
 
 from solver.gmds.descent import Term, gmds
-from solver.gmds.embedding import Embedding, embed
+from solver.gmds.embedding import embed
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.movement import walk
 from solver.gmds.refinement import GmdsRefinement, refine_by_gmds
@@ -14,7 +14,6 @@ from solver.gmds.stress import Fields, descent_model, share, stress
 from solver.gmds.surface import SurfacePoints, charts_of
 
 __all__ = [
-    "Embedding",
     "Fields",
     "GmdsRefinement",
     "InterpolatedMetric",

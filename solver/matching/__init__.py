@@ -5,7 +5,6 @@ from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.hierarchy import refine, rematch
 from solver.matching.hypothesis import (
     Hypothesis,
-    SolvedLevel,
     drop_duplicates,
     move_to_front,
 )
@@ -14,7 +13,6 @@ from solver.matching.match import match
 from solver.matching.options import (
     CANDIDATES,
     COARSE_POINTS,
-    GMDS,
     MAX_COARSE_POINTS,
     MAX_POINTS,
     MIN_POINTS,
@@ -28,13 +26,13 @@ from solver.matching.report import cut_short, report_match
 from solver.matching.result import (
     Correspondence,
     GromovHausdorff,
-    LevelReport,
     Match,
     Overlap,
     SampleProof,
 )
 from solver.matching.sampling import level_sizes
 from solver.matching.structures import build_level, check_colors, check_distances
+from solver.matching.third_order import ThirdOrderTerm
 from solver.matching.varadhan_level import (
     add_varadhan_size,
     build_varadhan_level,
@@ -44,7 +42,6 @@ from solver.matching.varadhan_level import (
 __all__ = [
     "CANDIDATES",
     "COARSE_POINTS",
-    "GMDS",
     "MAX_COARSE_POINTS",
     "MAX_POINTS",
     "MIN_POINTS",
@@ -53,14 +50,13 @@ __all__ = [
     "GromovHausdorff",
     "Hypothesis",
     "Level",
-    "LevelReport",
     "Match",
     "MatchOptions",
     "Overlap",
     "Relation",
     "SampleProof",
     "SampledStructure",
-    "SolvedLevel",
+    "ThirdOrderTerm",
     "add_target_samples",
     "add_varadhan_size",
     "build_level",

@@ -6,18 +6,15 @@
 
 from solver.templates.registered import RegisteredTemplate, register_template
 from solver.templates.statistics import (
-    Alignment,
     ShapeStatistics,
     generalised_procrustes,
     shape_statistics,
 )
-from solver.templates.surface_tree import SurfaceTree, surface_tree
+from solver.templates.surface_tree import surface_tree
 
 __all__ = [
-    "Alignment",
     "RegisteredTemplate",
     "ShapeStatistics",
-    "SurfaceTree",
     "generalised_procrustes",
     "register_template",
     "shape_statistics",

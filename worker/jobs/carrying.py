@@ -29,11 +29,11 @@ from solver.transfer import (
     COLORS_NAME,
     FACES,
     VERTICES,
+    Along,
     Attribute,
     Landmarks,
     PullBack,
 )
-from solver.transfer.attributes import Along
 from solver.transfer.files import read_attributes
 from worker.jobs.attribute_rows import with_rows_known
 from worker.jobs.context import JobContext

@@ -43,14 +43,14 @@ from solver.similarity import (
 from solver.templates import register_template, shape_statistics
 from worker.jobs import (
     MatchInput,
+    arrays_of,
     match_shapes,
     mesh_from_bytes,
     mesh_to_bytes,
+    options_of,
     result_of,
     torus_file,
 )
-from worker.jobs.dissimilarities import arrays_of
-from worker.jobs.options import options_of
 from worker.pictures import draw_match, hypothesis_of
 
 log = logger("isomatch.worker")

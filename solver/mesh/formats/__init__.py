@@ -37,7 +37,6 @@ __all__ = [
     "GltfData",
     "PlyColumns",
     "Property",
-    "TriangleSoup",
     "binary_columns",
     "check_joints",
     "influences",

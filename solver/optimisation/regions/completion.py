@@ -7,10 +7,13 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.control import Control, Status, iterate
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.optimisation.exact import Incumbents
-from solver.optimisation.exact.depth_first import DepthFirstSearch
-from solver.optimisation.exact.dual_ascent import divided_costs
-from solver.optimisation.exact.search_state import NODES, start_search
+from solver.optimisation.exact import (
+    NODES,
+    DepthFirstSearch,
+    Incumbents,
+    divided_costs,
+    start_search,
+)
 from solver.optimisation.primal import Incumbent, partners_of, solve_lap
 from solver.optimisation.regions.region import Region
 from solver.optimisation.reparametrisation import ReparametrisedCosts

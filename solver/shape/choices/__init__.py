@@ -4,7 +4,7 @@ A choice is a name and its parameters, a frozen value that can be compared, hash
 ``Shape`` computes what is chosen.
 """
 
-from solver.shape.choices.choice import DEGREES, Degree, Invariance, Structure, all_chosen
+from solver.shape.choices.choice import DEGREES, Degree, Structure, all_chosen
 from solver.shape.choices.descriptors import (
     DESCRIPTORS,
     HEAT_TIMES,
@@ -49,7 +49,6 @@ __all__ = [
     "Geodesic",
     "GeodesicHistogram",
     "HeatKernelSignature",
-    "Invariance",
     "MetricChoice",
     "NoDescriptor",
     "Photometric",

@@ -7,8 +7,7 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.errors import TransferError
-from solver.mesh.textures import Paint, Texture, Wrap, tinted
-from solver.mesh.textures.images import MOST_IMAGES, MOST_PIXELS, Pixels
+from solver.mesh.textures import MOST_IMAGES, MOST_PIXELS, Paint, Pixels, Texture, Wrap, tinted
 
 _LEVELS: Final = np.arange(256) / 255.0
 
