@@ -88,13 +88,13 @@ IMAGES = {
         "service.__main__, service.app",
         {"service", "broker"},
         {"plotly"},  # whose plotly.js the page is sent
-        {"numpy", "scipy", "numba", "matplotlib", "scikit-image", "pandas", "ortools"},
+        {"numpy", "scipy", "numba", "matplotlib", "scikit-image"},
     ),
     "worker": (
         "worker.process.process, worker.process.warmup",
         {"worker", "broker", "solver"},
         set(),
-        {"scikit-image", "pandas", "ortools", "plotly", "fastapi", "uvicorn"},
+        {"scikit-image", "plotly", "fastapi", "uvicorn"},
     ),
 }
 
