@@ -71,8 +71,8 @@ class GmdsRefinement:
 def refine_by_gmds(
     registration: Registration,
     matched: IntArray,
-    hypothesis: int = 0,
-    control: Control | None = None,
+    hypothesis: int,
+    control: Control,
 ) -> GmdsRefinement:
     """Find the points of Y that correspond to matched points of X, between vertices.
 
@@ -92,7 +92,6 @@ def refine_by_gmds(
     Cancelled
         Through `control`.
     """
-    control = control or Control()
     source, target = registration.source, registration.target
     in_space = EmbeddedMetric(source.surface.vertices)
     between = farthest_point_sampling(in_space, min(_POINTS, source.n_vertices)).indices

@@ -122,7 +122,7 @@ def compute_spectrum(_surface: ExampleSurface, compute: Callable[[], Spectrum]) 
 
 
 def example_surfaces(
-    shapes: Sequence[Shape], points: Sequence[IntArray], control: Control | None = None
+    shapes: Sequence[Shape], points: Sequence[IntArray], control: Control
 ) -> tuple[ExampleSurface, ...]:
     """Select surfaces of examples farthest first by their eigenvalues, the reference first.
 
@@ -144,7 +144,6 @@ def example_surfaces(
     Cancelled
         Through `control`.
     """
-    control = control or Control()
     described = [first_eigenvalues(shape) for shape in shapes]
     logarithms = np.array([np.log(values) for values in described if len(values) == EIGENVALUES])
     places = [i for i, values in enumerate(described) if len(values) == EIGENVALUES]

@@ -117,7 +117,7 @@ def _map(mesh: TriangleMesh) -> None:
     found = register(Shape(source), Shape(target), (), _one_of_each())
     assert found is not None
     found.dense(Control())
-    refine_by_gmds(found, np.arange(3), control=_one_of_each())
+    refine_by_gmds(found, np.arange(3), 0, _one_of_each())
 
 
 def _two(mesh: TriangleMesh) -> tuple[TriangleMesh, TriangleMesh]:

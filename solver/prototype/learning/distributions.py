@@ -29,7 +29,7 @@ _BACKGROUND_SHARE = 1e-6
 
 
 def learn_distributions(
-    seen: Observations, options: PrototypeOptions, control: Control | None = None
+    seen: Observations, options: PrototypeOptions, control: Control
 ) -> Prototype:
     """Learn the distributions of a prototype, without surfaces for orientation (section 5).
 
@@ -47,7 +47,6 @@ def learn_distributions(
     Cancelled
         Through `control`.
     """
-    control = control or Control()
     samples = seen.samples
     control.report("mixtures of distances", 0.8)
     distances = {
@@ -84,9 +83,9 @@ def _learn_distances(
         samples,
         options.components,
         floor,
+        control,
         select=options.select_components,
         seed=options.seed,
-        control=control,
     )
     widest = float(samples.max()) or 1.0  # the background is uniform up to twice this distance
     background = float(np.log(_BACKGROUND_SHARE / (2.0 * widest)))
@@ -108,10 +107,10 @@ def _learn_descriptors(
         coordinates,
         options.components,
         np.full(axes.shape[1], _DESCRIPTOR_FLOOR),
+        control,
         diagonal=True,
         select=options.select_components,
         seed=options.seed,
-        control=control,
     )
     spread = coordinates.reshape(-1, axes.shape[1]).std(axis=0)
     # The peak of a Gaussian twice as wide as the distribution of all points and examples.

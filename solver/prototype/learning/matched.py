@@ -170,7 +170,7 @@ def _match_preliminary(
     order = [reference, *(number for number in chosen if number != reference)]
     examples = [Example(shapes[number], chosen[number]) for number in order]
     single, quiet = replace(options, components=1), control.quiet()
-    preliminary = learn_distributions(observe(examples, single, quiet), single)
+    preliminary = learn_distributions(observe(examples, single, quiet), single, quiet)
     rematched = dict(chosen)
     for number in order[1:]:
         control.check()

@@ -38,11 +38,11 @@ def fit_mixtures(
     samples: FloatArray,
     components: int,
     floor: FloatArray,
+    control: Control,
     *,
     diagonal: bool = False,
     select: bool = False,
     seed: int = 0,
-    control: Control | None = None,
 ) -> Fit:
     """Fit a Gaussian mixture to each of many data sets.
 
@@ -55,6 +55,8 @@ def fit_mixtures(
         others have weight 0.
     floor
         (m,) least variance along each axis.
+    control
+        Cancels; past its deadline, the fits are those of fewer iterations.
     diagonal
         Whether covariances are diagonal.
     select
@@ -62,8 +64,6 @@ def fit_mixtures(
         (BIC).
     seed
         Of the random starts.
-    control
-        Cancels; past its deadline, the fits are those of fewer iterations.
 
     Returns
     -------
@@ -75,7 +75,6 @@ def fit_mixtures(
     Cancelled
         Through `control`.
     """
-    control = control or Control()
     most = max(min(components, samples.shape[1] // 2), 1)
     tried = range(1, most + 1) if select else [most]
     best: Fit | None = None

@@ -72,7 +72,7 @@ def test_gmds_does_not_raise_the_stress(answer: Match) -> None:
 def test_a_shape_is_refined_to_itself() -> None:
     shape = Shape(shapes.blob())
     points = shape.sampling("geodesic", 20).indices
-    refined = refine_by_gmds(registration(shape, shape, points, points), points)
+    refined = refine_by_gmds(registration(shape, shape, points, points), points, 0, Control())
     places = refined.points.positions(shape.surface.vertices, shape.surface.faces)
     np.testing.assert_allclose(places, shape.surface.vertices[points], atol=1e-9)
     assert refined.stress == pytest.approx(0.0, abs=1e-12)
@@ -92,7 +92,9 @@ def test_scale_changes_nothing(figures: Pair) -> None:
         one = Shape(triangle_mesh(source.vertices, source.faces), normalise=normalise)
         vertices = factor * target.vertices
         other = Shape(triangle_mesh(vertices, target.faces), normalise=normalise)
-        results.append(refine_by_gmds(registration(one, other, points, partners), points))
+        results.append(
+            refine_by_gmds(registration(one, other, points, partners), points, 0, Control())
+        )
     first, second = results
     assert second.stress == pytest.approx(first.stress, rel=5e-3)
     np.testing.assert_allclose(

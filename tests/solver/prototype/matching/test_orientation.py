@@ -251,7 +251,7 @@ def test_surfaces_are_simplified_around_the_points() -> None:
     known = articulated("dog", "standing", resolution=1700)
     shape = shape_of(known)
     points = shape.sampling("geodesic", 12).indices
-    (surface,) = example_surfaces([shape], [points])
+    (surface,) = example_surfaces([shape], [points], Control())
     mesh = surface.mesh()
     assert mesh.n_vertices == KEPT_VERTICES < shape.n_vertices
     places = shape.mesh.vertices[points]
@@ -275,7 +275,7 @@ def test_a_surface_too_large_for_an_archive_is_not_kept() -> None:
     assert shape.n_vertices < MOST_VERTICES
     assert shape.mesh.n_faces > MOST_FACES
     points = shape.sampling("geodesic", 10).indices
-    assert example_surfaces([shape], [points]) == ()
+    assert example_surfaces([shape], [points], Control()) == ()
 
 
 def balls(count: int) -> list[Shape]:
@@ -291,10 +291,10 @@ def balls(count: int) -> list[Shape]:
 def test_the_most_different_surfaces_are_kept_whatever_their_order() -> None:
     points: IntArray = np.arange(5)
     several = balls(MOST_SURFACES + 3)
-    kept = example_surfaces(several, [points] * len(several))
+    kept = example_surfaces(several, [points] * len(several), Control())
     assert len(kept) == MOST_SURFACES
     turned = [several[0], *several[:0:-1]]
-    again = example_surfaces(turned, [points] * len(several))
+    again = example_surfaces(turned, [points] * len(several), Control())
     np.testing.assert_array_equal(_described(kept), _described(again))
     # The second is the most different from the first: the one stretched most.
     np.testing.assert_allclose(kept[1].eigenvalues, several[-1].spectrum(20).eigenvalues[1:])

@@ -93,7 +93,7 @@ def test_each_step_is_that_of_scikit_learn(m: int, diagonal: bool) -> None:
 
 
 def test_known_mixtures_are_recovered() -> None:
-    mixtures = fit_mixtures(two_bumps(20000), 2, np.array([_NO_FLOOR])).mixtures
+    mixtures = fit_mixtures(two_bumps(20000), 2, np.array([_NO_FLOOR]), Control()).mixtures
     order = np.argsort(mixtures.means[0, :, 0])
     np.testing.assert_allclose(mixtures.means[0, order, 0], [-2.0, 1.0], atol=0.06)
     np.testing.assert_allclose(mixtures.weights[0, order], [0.3, 0.7], atol=0.02)
@@ -103,7 +103,7 @@ def test_known_mixtures_are_recovered() -> None:
 def test_the_fit_is_as_likely_as_the_best_of_many_starts_of_scikit_learn() -> None:
     samples = two_bumps(200, seed=5)
     theirs = GaussianMixture(3, n_init=20, reg_covar=0.01, random_state=0).fit(samples[0])
-    ours = fit_mixtures(samples, 3, np.array([0.01]))
+    ours = fit_mixtures(samples, 3, np.array([0.01]), Control())
     assert ours.log_likelihood[0] >= 200 * theirs.score(samples[0]) - 2.0
 
 
@@ -141,7 +141,7 @@ def test_any_samples_have_a_sound_fit(seed: int, count: int, components: int) ->
     rng = np.random.default_rng(seed)
     samples = rng.choice([0.0, 1.0, 5.0], size=(3, count, 1))
     samples[0] = 2.0  # one of them constant
-    fit = fit_mixtures(samples, components, np.array([0.1]), seed=seed)
+    fit = fit_mixtures(samples, components, np.array([0.1]), Control(), seed=seed)
     assert fit.mixtures.weights.shape == (3, components)
     assert np.isfinite(fit.log_likelihood).all()
     np.testing.assert_allclose(fit.mixtures.weights.sum(axis=1), 1.0)
@@ -155,7 +155,7 @@ def test_the_order_of_samples_does_not_matter(m: int) -> None:
     rng = np.random.default_rng(0)
     samples = rng.normal(size=(5, 30, m))
     shuffled = samples[:, rng.permutation(30)]
-    one, two = (fit_mixtures(each, 3, np.full(m, 0.01)) for each in (samples, shuffled))
+    one, two = (fit_mixtures(each, 3, np.full(m, 0.01), Control()) for each in (samples, shuffled))
     np.testing.assert_allclose(one.log_likelihood, two.log_likelihood, rtol=1e-9)
     points = rng.normal(size=(5, 7, m))
     here, there = (fit.mixtures.log_density(points) for fit in (one, two))
@@ -163,7 +163,7 @@ def test_the_order_of_samples_does_not_matter(m: int) -> None:
 
 
 def test_a_single_sample_has_the_floor_as_its_variance() -> None:
-    fit = fit_mixtures(np.array([[[3.0]]]), 5, np.array([0.04]))
+    fit = fit_mixtures(np.array([[[3.0]]]), 5, np.array([0.04]), Control())
     assert fit.mixtures.log_density(np.array([[[3.2]]]))[0, 0] == pytest.approx(
         norm.logpdf(3.2, 3.0, 0.2)
     )
@@ -173,14 +173,14 @@ def test_a_fit_can_be_cancelled_while_it_is_iterated() -> None:
     checks = iter([False] * 5)
     control = Control(is_cancelled=lambda: next(checks, True))
     with pytest.raises(Cancelled):
-        fit_mixtures(two_bumps(200), 3, np.array([_NO_FLOOR]), control=control)
+        fit_mixtures(two_bumps(200), 3, np.array([_NO_FLOOR]), control)
     assert next(checks, None) is None
 
 
 def test_the_information_criterion_chooses_as_many_components_as_there_are() -> None:
     one = np.random.default_rng(0).normal(size=(1, 400, 1))
     fits = [
-        fit_mixtures(samples, 4, np.array([0.01]), select=True)
+        fit_mixtures(samples, 4, np.array([0.01]), Control(), select=True)
         for samples in (one, two_bumps(400, seed=1))
     ]
     assert [int((fit.mixtures.weights > 0.0).sum()) for fit in fits] == [1, 2]
