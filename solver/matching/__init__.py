@@ -31,6 +31,7 @@ from solver.matching.result import (
     SampleProof,
 )
 from solver.matching.sampling import level_sizes
+from solver.matching.stages import Stages
 from solver.matching.structures import build_level, check_colors, check_distances
 from solver.matching.third_order import ThirdOrderTerm
 from solver.matching.varadhan_level import (
@@ -56,6 +57,7 @@ __all__ = [
     "Relation",
     "SampleProof",
     "SampledStructure",
+    "Stages",
     "ThirdOrderTerm",
     "add_target_samples",
     "add_varadhan_size",

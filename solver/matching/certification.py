@@ -46,7 +46,7 @@ def certify(hypothesis: Hypothesis, levels: Sequence[Level], control: Control) -
         for level, solved in zip(levels, hypothesis.levels, strict=True):
             if solved.solution.method is Method.LOCAL_SEARCH:
                 name = f"bounds for {solved.problem.n_sources} points"
-                control.report(name, 0.8 + 0.03 * level.index / len(levels))
+                control.report(name, level.index / len(levels))
                 solved = _bound(solved, control)
             certified.append(solved)
     return Hypothesis(tuple(certified))
@@ -100,7 +100,7 @@ def prove_over_samples(
     """
     if options.proof != SAMPLES or options.objective == LINF:
         return None
-    with (clock := control.timed()).stage("proof"), control.stage("proof", 0.83):
+    with (clock := control.timed()).stage("proof"), control.stage("proof", 0.0):
         problem = level.problem(level.all_candidates())
         starts = [one.partners for one in hypotheses]
         if level.third_order is not None:

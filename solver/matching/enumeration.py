@@ -45,7 +45,7 @@ def enumerate_hypotheses(
     Cancelled
         Through `control`.
     """
-    with control.stage("coarse matching", 0.4):
+    with control.stage("coarse matching", 0.0):
         problem = level.problem(level.all_candidates())
         if options.objective == LINF:
             solutions, warnings = _enumerate_minimax(problem, level, options, control)

@@ -45,7 +45,7 @@ def gromov_hausdorff(
         return None
     n = len(level.source.vertices)
     d_source, d_target = level.source.distances, level.target.distances[:n, :n]
-    with (clock := control.timed()).stage(_STAGE), control.stage(_STAGE, 0.83):
+    with (clock := control.timed()).stage(_STAGE), control.stage(_STAGE, 0.0):
         found = gromov_hausdorff_distance(
             d_source, d_target, seconds=options.proof_work, control=control
         )

@@ -98,13 +98,12 @@ def orient(
     unchanged = Orientation(list(hypotheses), list(levels))
     if not options.registered:
         return unchanged
-    with control.stage(STAGE, 0.5):
+    with control.stage(STAGE, 0.0):
         starts = _starts(hypotheses, levels, options, control)
         landmarks = _landmarks(levels[0])
         again = partial(_rematched, options=options, control=control)
         rematch = again if may_be_glued else None
-        part = control.between(0.5, 0.8)
-        found = register(source, target, starts, part, landmarks, rematch=rematch)
+        found = register(source, target, starts, control, landmarks, rematch=rematch)
     if found is None:
         return replace(unchanged, warnings=("the shapes have too few vertices to be registered",))
     apart = [_distance(target, one.vertices(levels[-1]), found, control) for one in hypotheses]
@@ -217,7 +216,7 @@ def _place(
     """Match the points of the first hypothesis near their images, if there is room for all."""
     first = hypotheses[0]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
-        control.report("points of the map", 0.8)
+        control.report("points of the map", 1.0)
         images: IntArray = found.images(finest.source.vertices, control)
         wider = add_target_samples(source, target, finest, images)
         placed = match_near_images(target, wider, images)

@@ -21,6 +21,7 @@ from solver.matching.refinement import solved_level
 from solver.matching.report import report_match
 from solver.matching.result import Match, Overlap
 from solver.matching.sampling import too_few
+from solver.matching.stages import Stages
 from solver.matching.structures import build_level
 from solver.registration import STAGE
 from solver.registration.candidates import NO_LANDMARKS, Points
@@ -204,8 +205,9 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
         targets = min(count * options.oversampling, target.n_vertices)
         level = build_level(source, target, 0, (count, targets), options, known.landmarks)
     best, level = _placed(source, target, known, level, control)
-    best = certify(best, [level], control)
-    proof = prove_over_samples([best], level, options, control)
+    stages = Stages.of(control)
+    best = certify(best, [level], stages.certification)
+    proof = prove_over_samples([best], level, options, stages.proof)
     ids = source.mesh.vertex_ids, target.mesh.vertex_ids
     missed = _contradictions(target, known)
     warnings = (*too_few(count, options), *_without_effect(given), *missed)

@@ -41,8 +41,8 @@ def refine_hypotheses(
         Through `control`.
     """
     ordered = list(hypotheses)
-    for level in levels:
-        with control.stage(_STAGE, 0.45 + 0.005 * level.index):
+    for place, level in enumerate(levels):
+        with control.stage(_STAGE, place / len(levels)):
             found = [_refine(one, level, rho, control) for one in ordered]
         keeps_order = level.third_order is None and _with_third_order(ordered)
         ordered = [

@@ -86,7 +86,7 @@ def sample(
             shape.sampling(options.metric_at(0), count, tuple(given.tolist()))
         levels = []
         for index, size in enumerate(sizes):
-            control.report("structures", 0.1 + 0.3 * index / len(sizes))
+            control.report("structures", 0.25 + 0.75 * index / len(sizes))
             is_varadhan = varadhan and index == 1
             build = build_varadhan_level if is_varadhan else build_level
             structure = max(index - 1, 0) if varadhan else index

@@ -15,6 +15,7 @@ from solver.matching.refinement import refine_hypotheses
 from solver.matching.report import report_match
 from solver.matching.result import Match
 from solver.matching.sampling import common_size, sample
+from solver.matching.stages import Stages
 from solver.registration import DenseCorrespondence, Registration
 from solver.shape import Shape
 
@@ -55,21 +56,22 @@ def match_whole(
         An option does not suit these shapes.
     """
     options = options.settled(common_size(source, target))
-    levels, few_points = sample(source, target, options, control)
-    hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
-    hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
+    stages = Stages.of(control)
+    levels, few_points = sample(source, target, options, stages.sampling)
+    hypotheses, unproven = enumerate_hypotheses(levels[0], options, stages.enumeration)
+    hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, stages.refinement)
     hypotheses = drop_duplicates(hypotheses)
     oriented = orient(
-        source, target, hypotheses, levels, options, control, may_be_glued=may_be_glued
+        source, target, hypotheses, levels, options, stages.orientation, may_be_glued=may_be_glued
     )
     best, *others = oriented.hypotheses
     if options.objective != LINF:  # else enumeration has bounded the only level
-        best = certify(best, oriented.levels, control)
-    proof = prove_over_samples([best, *others], oriented.levels[-1], options, control)
+        best = certify(best, oriented.levels, stages.certification)
+    proof = prove_over_samples([best, *others], oriented.levels[-1], options, stages.proof)
     if proof is not None and replaces(proof, best, oriented.levels[-1], options):
         best = best.with_finest(proof)
-    distance = gromov_hausdorff(source, target, levels[0], options, control)
-    dense, refinement = _extend(oriented, best, options, control)
+    distance = gromov_hausdorff(source, target, levels[0], options, stages.proof)
+    dense, refinement = _extend(oriented, best, options, stages.extension)
     warnings = (
         *few_points,
         *unproven,
@@ -98,10 +100,10 @@ def _extend(
         return None, None
     dense = None
     if options.dense:
-        with control.stage("dense map", 0.85):
+        with control.stage("dense map", 0.0):
             dense = replace(registration.dense(control), hypothesis=oriented.place)
     if options.refine != GMDS:
         return dense, None
-    with control.stage("refinement between vertices", 0.9):
+    with control.stage("refinement between vertices", 0.3):
         matched, _ = best.vertices(oriented.levels[-1])
         return dense, refine_by_gmds(registration, matched, oriented.place, control)

@@ -13,6 +13,7 @@ from solver.matching import (
     Hypothesis,
     Match,
     MatchOptions,
+    Stages,
     certify,
     cut_short,
     enumerate_hypotheses,
@@ -82,14 +83,21 @@ def match_prototype(
     control = (control or Control()).timed().within(options.time_limit)
     unlike: tuple[str, ...] = ()
     with control.stage("total"):
-        levels, few_points = sample_target(prototype, target, options, control)
-        hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
-        hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
+        stages = Stages.of(control)
+        levels, few_points = sample_target(prototype, target, options, stages.sampling)
+        hypotheses, unproven = enumerate_hypotheses(levels[0], options, stages.enumeration)
+        hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, stages.refinement)
         if options.orientation and prototype.surfaces:
             hypotheses, unlike = orient_by_examples(
-                prototype, target, hypotheses, levels, options.rho, control, surface_spectra
+                prototype,
+                target,
+                hypotheses,
+                levels,
+                options.rho,
+                stages.orientation,
+                surface_spectra,
             )
-        best = certify(hypotheses[0], levels, control)
+        best = certify(hypotheses[0], levels, stages.certification)
     misfit, misfits = _misfit(prototype, best, options)
     warnings = (
         *(f"prototype: {warning}" for warning in prototype.warnings),

@@ -64,11 +64,9 @@ def orient_by_examples(
         Through `control`.
     """
     finest, coarse = levels[-1], levels[0]
-    with control.stage(_STAGE, 0.5):
+    with control.stage(_STAGE, 0.0):
         points = [one.vertices(finest) for one in drop_duplicates(hypotheses)]
-        found = map_points(
-            prototype.surfaces, target, points, control.between(0.5, 0.8), spectra=spectra
-        )
+        found = map_points(prototype.surfaces, target, points, control, spectra=spectra)
     if found is None:
         unlike = "left and right could not be distinguished: the target is unlike all examples"
         return list(hypotheses), (unlike,)

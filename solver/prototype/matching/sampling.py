@@ -61,7 +61,7 @@ def sample_target(
         ]
         levels = []
         for index, size in enumerate(sizes):
-            control.report("structures", 0.1 + 0.3 * index / len(sizes))
+            control.report("structures", 0.25 + 0.75 * index / len(sizes))
             levels.append(_build_level(prototype, target, index, size, options))
     points = sizes[-1][0]
     if points < min(options.points, prototype.points):
