@@ -1,4 +1,4 @@
-"""Left, right, front and back halves of bodies whose left and right are known."""
+"""Halves of bodies whose left and right are known: left, right, front, back, upper and lower."""
 
 from collections.abc import Iterator, Sequence
 
@@ -9,7 +9,7 @@ from bench.collection import KnownShape
 from bench.cut import known_part, largest_piece
 from solver.arrays import BoolArray, FloatArray
 
-HALVES = "left", "right", "front", "back"
+HALVES = "left", "right", "front", "back", "upper", "lower"
 
 _BEYOND = 0.02
 """Share of the width of the body by which a left or right half reaches beyond its middle."""
@@ -57,10 +57,14 @@ def _halves(one: KnownShape) -> tuple[BoolArray, ...]:
     centred = places - places.mean(axis=0)
     across = np.linalg.svd(places - mirrored, full_matrices=False)[2][0]
     upright = centred - np.outer(centred @ across, across)
-    forward = np.cross(across, np.linalg.svd(upright, full_matrices=False)[2][0])
-    side, depth = (places - mirrored) @ across, centred @ forward
-    beyond, middle = _BEYOND * np.ptp(side), np.median(depth)
-    return side > -beyond, side < beyond, depth > middle, depth < middle
+    upwards = np.linalg.svd(upright, full_matrices=False)[2][0]
+    # Of the two directions along it, files have the positive one up.
+    upwards *= np.sign(upwards[np.abs(upwards).argmax()])
+    forward = np.cross(across, upwards)
+    side, depth, height = (places - mirrored) @ across, centred @ forward, centred @ upwards
+    beyond, middle, waist = _BEYOND * np.ptp(side), np.median(depth), np.median(height)
+    sides = side > -beyond, side < beyond, depth > middle, depth < middle
+    return *sides, height > waist, height < waist
 
 
 def _cut(one: KnownShape, name: str, kept: BoolArray) -> KnownShape:

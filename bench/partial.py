@@ -3,9 +3,9 @@
 Without ``--data``, parts are cut out of generated people, scaled, and matched with other people;
 with it, every shape of the folder that lacks known points is matched with every one that has all.
 With ``--cut``, parts are cut out of every shape of the folder, or of generated figures of six
-classes, and matched with the one before it in its class. With ``--halves``, the left, right, front
-and back half of every shape of the folder are matched with another shape; with ``--views``, what
-is seen of it from one side.
+classes, and matched with the one before it in its class. With ``--halves``, the left, right, front,
+back, upper and lower half of every shape of the folder are matched with another shape; with
+``--views``, what is seen of it from one side.
 With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
 of two in turn, which lack opposite sides with ``--opposite``; or every two shapes of the folder
 that lack known points. With ``--ends``, too: every shape of the folder, or of generated figures of

@@ -12,15 +12,17 @@ def bodies() -> list[KnownShape]:
     return generated_collection(resolution=1000)
 
 
-def test_left_and_right_and_front_and_back_make_the_body(bodies: list[KnownShape]) -> None:
+def test_opposite_halves_make_the_body(bodies: list[KnownShape]) -> None:
     pairs = list(half_pairs(bodies))
     assert [part.name for part, _ in pairs] == [f"{one.name} {h}" for one in bodies for h in HALVES]
     assert all(part.name.split()[0] != whole.name for part, whole in pairs)
     for number, body in enumerate(bodies):
-        left, right, front, back = (part for part, _ in pairs[4 * number : 4 * number + 4])
+        first = len(HALVES) * number
+        halves = [part for part, _ in pairs[first : first + len(HALVES)]]
         assert body.truth is not None
         assert body.symmetric_truth is not None
-        for one, other, least in ((left, right, 0.95), (front, back, 0.85)):
+        opposite = zip(halves[::2], halves[1::2], (0.95, 0.85, 0.85), strict=True)
+        for one, other, least in opposite:
             assert one.truth is not None
             assert other.truth is not None
             ours, theirs = one.truth >= 0, other.truth >= 0
