@@ -25,7 +25,13 @@ from solver.matching.stages import Stages
 from solver.matching.structures import build_level
 from solver.registration import STAGE
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.partial import PartMap, are_cut_across, register_part
+from solver.registration.partial import (
+    OF_OVERLAP,
+    OF_PART,
+    PartMap,
+    are_cut_across,
+    register_part,
+)
 from solver.shape import Shape
 from solver.shape.choices import Geodesic
 
@@ -146,7 +152,10 @@ def find_part(
         given = None if whole.normalise else whole.size / part.size
         landmarks = (theirs, ours) if is_source else (ours, theirs)
         begun = wholly[::-1] if is_source else wholly
-        return register_part(whole, part, control, given, partial != BOTH, landmarks, begun)
+        kind = OF_OVERLAP if partial == BOTH else OF_PART
+        return register_part(
+            whole, part, control, kind, scale=given, landmarks=landmarks, wholly=begun
+        )
 
     with control.stage(STAGE, 0.3):
         found = registered(is_source, control.between(0.3, 0.45))

@@ -3,6 +3,7 @@
 :func:`register_part` deforms one onto the other, and finds the vertices that have a partner.
 """
 
+from solver.registration.partial.partiality import OF_OVERLAP, OF_PART
 from solver.registration.partial.registration import PartMap, are_cut_across, register_part
 
-__all__ = ["PartMap", "are_cut_across", "register_part"]
+__all__ = ["OF_OVERLAP", "OF_PART", "PartMap", "are_cut_across", "register_part"]

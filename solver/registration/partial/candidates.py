@@ -14,7 +14,6 @@ differ by 0.15 √area. So many are enumerated, and those that differ are tried.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from solver.optimisation.exact import m_best_solutions
 from solver.registration.alignment import Alignment, WeightedBasis, fit_displacement
 from solver.registration.candidates import FIRST_SIZE, MIN_POINTS, Points, first_ridge
 from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
+from solver.registration.partial.partiality import Labellings
 from solver.registration.surface import Samples, SmoothSurface, smooth_surface
 from solver.shape import Shape
 
@@ -37,48 +37,6 @@ _KNOWN = 100.0
 
 _NODES = 100_000
 """Search nodes: a fraction of a second. The labellings need not be proven the best."""
-
-
-@dataclass(frozen=True)
-class Labellings:
-    """Labellings that are tried.
-
-    Parameters
-    ----------
-    points
-        Points of the part.
-    shares
-        Areas that the part is taken to have, over that of the whole: scales a quarter apart.
-    count
-        Labellings of each scale and each cost that are enumerated.
-    costs
-        Cost of a point without a partner, and weight of the change of curvature.
-    best
-        How many of the best are tried, however alike.
-    apart
-        Mean distance of partners over √area of the whole by which the others that are tried differ
-        from one another and from the best.
-    """
-
-    points: int
-    shares: tuple[float, ...]
-    count: int
-    costs: tuple[tuple[float, float], ...]
-    best: int
-    apart: float
-
-
-OF_PART = Labellings(8, (0.35, 0.55, 0.85), 1000, ((np.inf, 0.0), (np.inf, 0.1)), 50, 0.1)
-"""Of a part of which every point has a partner. With fourteen points, more answers are wrong. Of 14
-hard halves of bodies, four are wrong with a weight of 0.02 of the curvature, one with 0.1."""
-
-OF_OVERLAP = Labellings(
-    12, (0.65, 1.0, 1.5), 300, ((0.025, 0.0), (0.0125, 0.015), (0.025, 0.03)), 300, 0.0
-)
-"""Of surfaces that overlap. Distances between few points that happen to fit say little, so that the
-curvature is asked as well. With half as many labellings, two of 34 generated pairs more have no
-right one. With the 50 best of each and those of 1,000 that differ by 0.1, one of 11 scanned pairs
-more is wrong, none more right."""
 
 
 def labelled_points(

@@ -7,34 +7,13 @@ from itertools import compress
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.registration.alignment import Alignment
-from solver.registration.candidates import Points
-from solver.registration.choice import SAME, distinct, meeting, missed
+from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.choice import distinct, meeting, missed
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, align_to_part, find_pairs
 from solver.registration.partial.fit import PartFit, measure_part_fit, scale_of
-from solver.registration.surface import Samples, SmoothSurface
-
-
-@dataclass(frozen=True)
-class PartStage:
-    """A stage of the search.
-
-    Parameters
-    ----------
-    whole_samples, part_samples
-        Numbers of samples.
-    sizes
-        Numbers of eigenfunctions to go through.
-    kept
-        How many candidates are kept.
-    same
-        Mean distance in space over √area between the images of candidates that are the same.
-    """
-
-    whole_samples: int
-    part_samples: int
-    sizes: tuple[int, ...]
-    kept: int
-    same: float = SAME
+from solver.registration.partial.partiality import Partiality, PartStage
+from solver.registration.surface import Samples, SmoothSurface, smooth_surface
+from solver.shape import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,27 +22,34 @@ class PartTask:
 
     Parameters
     ----------
-    whole, part
-        The surfaces.
-    entire
-        Whether every point of the part has a partner. Else the surfaces overlap, and neither is a
-        part of the other.
-    rescaled
-        Whether the scale is searched for.
+    shapes
+        The whole and the part.
+    partiality
+        What they are to one another.
+    scale
+        √area of the whole over √area of the part; ``None`` if it is searched for.
     landmarks
         Vertices of the whole and of the part that correspond.
     """
 
-    whole: SmoothSurface
-    part: SmoothSurface
-    entire: bool
-    rescaled: bool
-    landmarks: Points
+    shapes: tuple[Shape, Shape]
+    partiality: Partiality
+    scale: float | None = None
+    landmarks: Points = NO_LANDMARKS
+
+    @property
+    def whole(self) -> SmoothSurface:
+        """Surface of the whole."""
+        return smooth_surface(self.shapes[0])
+
+    @property
+    def part(self) -> SmoothSurface:
+        """Surface of the part."""
+        return smooth_surface(self.shapes[1])
 
     def samples(self, stage: PartStage) -> tuple[Samples, PartSamples]:
         """Samples of a stage."""
-        whole = self.whole.samples.first(stage.whole_samples)
-        return whole, PartSamples.of((self.whole, self.part), stage.part_samples, self.entire)
+        return self.partiality.samples((self.whole, self.part), stage)
 
 
 Start = tuple[Alignment, float]
@@ -149,7 +135,7 @@ def register_part_candidate(
     whole, part = samples
     alignment, scale = start
     alignment = align_to_part(whole, part, alignment, scale, sizes)
-    if task.rescaled:
+    if task.scale is None:
         scale = scale_of(whole, part, alignment, scale)
     fit = measure_part_fit(whole, part, alignment, scale)
     pairs = find_pairs(whole, part, alignment, scale, WEIGHTS)

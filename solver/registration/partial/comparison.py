@@ -12,29 +12,22 @@ from functools import cached_property
 
 from solver.control import Control
 from solver.functional_maps import nearest_points
-from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import distinct
 from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
 from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
+from solver.registration.partial.partiality import FINEST
 from solver.registration.partial.refinement import RefinedPart
-from solver.registration.partial.search import FINEST
-from solver.registration.refinement import FEWER_ROUNDS
 from solver.registration.rigidity import RigidDisplacement
-from solver.registration.surface import Samples, smooth_surface
-from solver.registration.surface_map import ROUNDS, at_rest
-from solver.shape import Shape
+from solver.registration.surface import Samples
+from solver.registration.surface_map import at_rest
 
 _AGAIN = replace(FINEST, sizes=(20, 26, 33, 41, 50, *FINEST.sizes))
 """Stage in which refined candidates are registered again."""
 
-_ROUNDS = 8, 4
-"""How many of the best are registered again in each round. Of 14 hard halves of bodies, seven were
-wrong without it, and two with it, or with 12 and 6 of them."""
-
-_BEST, _LAST = 6, 4
-"""Best candidates that are refined twice, and those of a part that are registered again then."""
+_BEST = 6
+"""Best candidates that are refined twice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,32 +47,21 @@ class MeasuredPart:
 
 
 def refine_candidates(
-    whole: Shape,
-    part: Shape,
-    candidates: Iterable[PartCandidate],
-    control: Control,
-    *,
-    entire: bool,
-    rescaled: bool,
+    task: PartTask, candidates: Iterable[PartCandidate], control: Control
 ) -> list[MeasuredPart]:
     """Refine candidates, and the best once more, by what then has a partner.
 
     Those of a part are registered again from where they are refined, twice before, and once after
-    that; and mended before they are compared at last. Surfaces that overlap are not: of 59 pairs,
-    13 were wrong when they were mended, else 12.
+    that; and mended before they are compared at last. Surfaces that overlap are not.
 
     Parameters
     ----------
-    whole, part
-        The shapes.
+    task
+        The surfaces.
     candidates
         One at least.
     control
         May cancel; past its deadline, fewer are refined, one at least.
-    entire
-        As for :func:`.register_part`.
-    rescaled
-        Whether the scale is searched for.
 
     Returns
     -------
@@ -92,22 +74,19 @@ def refine_candidates(
     MeshError
         The Laplacian of the whole cannot be factored.
     """
-    comparison = _Comparison.of(whole, part, entire, rescaled)
+    comparison, kind = _Comparison.of(task), task.partiality
     found = comparison.ranked(
         comparison.refined(one, control) for one in control.in_time(candidates, least=1)
     )
-    if not entire:
-        best = control.in_time(found[:_BEST], least=1)
-        return comparison.ranked(one.part.again(control) for one in best)
-    for count in _ROUNDS:
+    for count in kind.again:
         best = control.in_time(found[:count])
         new = (comparison.registered_again(one.part, control) for one in best)
         found = comparison.ranked(new, found)
     best = control.in_time(found[:_BEST], least=1)
-    found = comparison.ranked(one.part.again(control).mended(control) for one in best)
-    last = control.in_time(found[:_LAST])
+    found = comparison.ranked(comparison.twice(one.part, control) for one in best)
+    last = control.in_time(found[: kind.last])
     new = (comparison.registered_again(one.part, control) for one in last)
-    return comparison.ranked((one.again(control).mended(control) for one in new), found)
+    return comparison.ranked((comparison.twice(one, control) for one in new), found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,33 +95,35 @@ class _Comparison:
 
     Parameters
     ----------
-    whole
-        The whole.
     task
-        Its surface and the part's.
+        The surfaces.
     rest
         The whole at rest, of unit area.
     near
         Distances on the part; ``None`` where the surfaces only overlap.
     """
 
-    whole: Shape
     task: PartTask
     rest: RigidDisplacement
     near: NearDistances | None
 
     @classmethod
-    def of(cls, whole: Shape, part: Shape, entire: bool, rescaled: bool) -> "_Comparison":
-        ours, theirs = smooth_surface(whole), smooth_surface(part)
-        task = PartTask(ours, theirs, entire, rescaled, NO_LANDMARKS)
-        near = NearDistances.of(part, theirs.samples.vertices) if entire else None
-        return cls(whole, task, at_rest(ours), near)
+    def of(cls, task: PartTask) -> "_Comparison":
+        near = None
+        if task.partiality.entire:
+            near = NearDistances.of(task.shapes[1], task.part.samples.vertices)
+        return cls(task, at_rest(task.whole), near)
 
     def refined(self, candidate: PartCandidate, control: Control) -> RefinedPart:
-        """Refine a candidate to be compared: of a part, which is refined again, in few rounds."""
-        surfaces, entire = (self.task.whole, self.task.part), self.task.entire
-        rounds = FEWER_ROUNDS if entire else ROUNDS
-        return RefinedPart.of(surfaces, candidate, self.rest, entire, control, rounds)
+        """Refine a candidate to be compared."""
+        task = self.task
+        surfaces, kind = (task.whole, task.part), task.partiality
+        return RefinedPart.of(surfaces, candidate, self.rest, kind, control, kind.rounds)
+
+    def twice(self, one: RefinedPart, control: Control) -> RefinedPart:
+        """Refine a candidate once more, and mend it where that is done before the last choice."""
+        again = one.again(control)
+        return again.mended(control) if self.task.partiality.mended else again
 
     def registered_again(self, one: RefinedPart, control: Control) -> RefinedPart:
         """Register a part again from where it was refined, and refine that."""
@@ -174,5 +155,5 @@ class _Comparison:
         vertices = task.part.samples.vertices[: FINEST.part_samples]
         vertices = vertices[one.part_covered[vertices]]
         bent = changes_of_curvature(task.whole, task.part, vertices, back[vertices], one.scale)
-        distorted = None if near is None else near.change(self.whole, back, one.scale)
+        distorted = None if near is None else near.change(task.shapes[0], back, one.scale)
         return MeasuredPart(one, replace(one.fit, bent=bent, distorted=distorted))

@@ -1,6 +1,6 @@
 """Confidence in the registration of a part."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from types import MappingProxyType
 
 from solver.registration.confidence import (
@@ -13,20 +13,7 @@ from solver.registration.confidence import (
     reasons_for_doubt,
 )
 from solver.registration.partial.fit import RefinedPartFit
-
-_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -0.50, "margin": 4.3})
-_INTERCEPT = -8.0
-"""Logistic regression on 196 generated people, of which 186 are right, corrected to five right ones
-for each wrong one, as users' parts may be harder: the mean of those of ``python -m bench.partial
---fit`` for ``--first 300 --count 96`` and ``--first 500 --count 100``, whose intercepts are for as
-many wrong ones as right ones, plus log 5."""
-
-_WEIGHTS_OF_OVERLAP: Mapping[str, float] = MappingProxyType({"margin": 5.3})
-_INTERCEPT_OF_OVERLAP = -0.86
-"""The same of surfaces that overlap, corrected to seven right ones for each three wrong ones: of
-``--both --count 22``, and of 18 of ``--both --opposite --detected`` as matched before; 32 of these
-40 generated pairs are right. Wrong answers fit as well as right ones, so that only the margin
-tells: without any, an answer is doubtful."""
+from solver.registration.partial.partiality import Partiality
 
 _EXACT = -20.0
 """Score below which surfaces are equal but for their sampling. A brick fits itself turned round
@@ -39,7 +26,10 @@ more, and any small patch fits somewhere."""
 
 
 def part_confidence(
-    fits: Sequence[RefinedPartFit], covered: float, entire: bool = True, complete: bool = True
+    fits: Sequence[RefinedPartFit],
+    covered: float,
+    partiality: Partiality,
+    complete: bool = True,
 ) -> Confidence:
     """Confidence in the first of some registrations that differ.
 
@@ -49,8 +39,8 @@ def part_confidence(
         The best first.
     covered
         Share of the area that has a partner, of the surface that has less.
-    entire
-        Whether every point of the part has a partner.
+    partiality
+        What the surfaces are to one another.
     complete
         Whether all candidates were tried.
     """
@@ -61,10 +51,9 @@ def part_confidence(
         "score": best.score,
         "margin": measured_margin(margin),
     }
-    weights = _WEIGHTS if entire else _WEIGHTS_OF_OVERLAP
-    intercept = _INTERCEPT if entire else _INTERCEPT_OF_OVERLAP
     # Where nothing overlaps, there is no answer that could be right.
-    probability = probability_of(measures, weights, intercept) if best.share else 0.0
+    regression = partiality.weights, partiality.intercept
+    probability = probability_of(measures, *regression) if best.share else 0.0
     reasons = reasons_for_doubt(probability, margin, complete)
     probability *= min(covered / _COVERED, 1.0)
     if covered < _COVERED and probability < SURE:

@@ -7,10 +7,9 @@ import numpy as np
 
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
-from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.opening import torn_off
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs, fit_to_part
-from solver.registration.partial.choice import PartCandidate, PartTask
+from solver.registration.partial.choice import PartCandidate
 from solver.registration.partial.cover import (
     covered_by_overlap,
     covered_by_part,
@@ -18,7 +17,7 @@ from solver.registration.partial.cover import (
     largest_patch,
 )
 from solver.registration.partial.fit import RefinedPartFit, mean_share
-from solver.registration.partial.search import FINEST
+from solver.registration.partial.partiality import FINEST, Partiality
 from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
 from solver.registration.rigidity import RigidDisplacement
@@ -42,8 +41,8 @@ class RefinedPart:
         The displaced whole.
     images, back
         Of all vertices of the whole, and of all of the part.
-    entire
-        Whether every point of the part has a partner.
+    partiality
+        What the surfaces are to one another.
     strained
         As of :class:`.RefinedPartFit`.
     """
@@ -53,7 +52,7 @@ class RefinedPart:
     displaced: SurfaceMap
     images: IntArray
     back: Images
-    entire: bool
+    partiality: Partiality
     strained: float
 
     @classmethod
@@ -62,7 +61,7 @@ class RefinedPart:
         surfaces: tuple[SmoothSurface, SmoothSurface],
         candidate: PartCandidate,
         rest: RigidDisplacement,
-        entire: bool,
+        partiality: Partiality,
         control: Control,
         rounds: int = ROUNDS,
     ) -> "RefinedPart":
@@ -76,7 +75,7 @@ class RefinedPart:
             Registered with the finest samples.
         rest
             The whole at rest, of unit area.
-        entire
+        partiality
             As for the class.
         control
             May cancel; past its deadline, less is refined.
@@ -94,11 +93,11 @@ class RefinedPart:
         known = SurfaceMap.of(*surfaces, candidate.alignment, reflected=False)
         images = known.images()
         covered = covered_by_part(known, images, known.inverse()[0], candidate.scale)
-        if not entire:
+        if not partiality.entire:
             covered = largest_patch(surfaces[0], covered)
         displaced, images = known.refined(rest.drawing(covered), control, rounds)
         back, strained = displaced.inverse(), rest.strain(displaced.positions)
-        return cls(candidate, rest, displaced, images, back, entire, strained)
+        return cls(candidate, rest, displaced, images, back, partiality, strained)
 
     @property
     def scale(self) -> float:
@@ -108,14 +107,14 @@ class RefinedPart:
     @cached_property
     def covered(self) -> BoolArray:
         """(V,) vertices of the whole that have a partner."""
-        if self.entire:
+        if self.partiality.entire:
             return covered_by_part(self.displaced, self.images, self.back[0], self.scale)
         return covered_by_overlap(self.displaced, self.images, self.back[0], self.scale)
 
     @cached_property
     def part_covered(self) -> BoolArray:
         """(W,) vertices of the part that have a partner."""
-        if self.entire:
+        if self.partiality.entire:
             return np.ones(len(self.back[0]), dtype=np.bool_)
         return covered_by_whole(self.displaced, self.images, self.back, self.scale)
 
@@ -139,11 +138,12 @@ class RefinedPart:
         vertices, faces, barycentric = self.back
         there = places(self.displaced.positions, whole, faces[met], barycentric[met])
         cosines = (self.displaced.normals[vertices[met]] * part.normals[met]).sum(axis=1)
+        share = mean_share(self.share, self.part_share, self.scale)
         return RefinedPartFit(
             float(np.linalg.norm(there - part.mesh.vertices[met], axis=1).mean()),
             float(np.sqrt(2.0 * max(1.0 - cosines.mean(), 0.0))),
             self.strained,
-            share=1.0 if self.entire else mean_share(self.share, self.part_share, self.scale),
+            share=1.0 if self.partiality.entire else share,
         )
 
     def again(self, control: Control) -> "RefinedPart":
@@ -165,8 +165,7 @@ class RefinedPart:
         """Refine the candidate from where the whole is displaced smoothly in space, too.
 
         Of both refinements the one is the answer that :func:`.refine_on` chooses for whole
-        surfaces: by distance, normals and strain before and after. Of parts alone: of two that
-        overlap, it would draw what has no partner.
+        surfaces: by distance, normals and strain before and after.
 
         Parameters
         ----------
@@ -245,14 +244,13 @@ class RefinedPart:
         MeshError
             The Laplacian of the whole cannot be factored.
         """
-        known = self.candidate
+        known, kind = self.candidate, self.partiality
         fewer = smooth_surface(whole.shape), smooth_surface(part.shape)
-        task = PartTask(*fewer, self.entire, False, NO_LANDMARKS)
-        samples, points = task.samples(FINEST)
+        samples, points = kind.samples(fewer, FINEST)
         pairs = find_pairs(samples, points, known.alignment, known.scale, WEIGHTS)
         ours, theirs = (smooth_surface(one) for one in shapes)
         here = ours.at(whole.vertices[samples.vertices])
-        there = PartSamples.at((ours, theirs), part.vertices[points.vertices], self.entire)
+        there = PartSamples.at((ours, theirs), part.vertices[points.vertices], kind.entire)
         alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
         candidate = replace(known, alignment=alignment)
-        return RefinedPart.of((ours, theirs), candidate, at_rest(ours), self.entire, control)
+        return RefinedPart.of((ours, theirs), candidate, at_rest(ours), kind, control)

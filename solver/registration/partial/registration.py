@@ -9,19 +9,17 @@ from solver.control import Control
 from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points
 from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
+from solver.registration.partial.choice import PartTask
 from solver.registration.partial.comparison import MeasuredPart, refine_candidates
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.fit import RefinedPartFit
+from solver.registration.partial.partiality import OF_OVERLAP, OF_PART, Partiality
 from solver.registration.partial.search import search_part
-from solver.registration.reduction import MANY_VERTICES, reduced_landmarks, reduction
+from solver.registration.reduction import reduced_landmarks, reduction
 from solver.registration.search import STAGE
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images
 from solver.shape import Shape
-
-_VERTICES = 2_500
-"""Vertices that a part and a whole are simplified to while candidates are compared. With 1,500,
-more answers are wrong, and with 10,000 none fewer, in half as much time again."""
 
 _ACROSS = 0.6
 """Length over √area of a cut across the trunk: more than the girth of a thigh."""
@@ -92,9 +90,8 @@ class PartMap:
         fits = self.fits[0], other.fits[0], *self.fits[1:]
         covered = min(self.share, self.part_share)
         complete = not control.expired
-        return replace(
-            self, fits=fits, confidence=part_confidence(fits, covered, False, complete=complete)
-        )
+        confidence = part_confidence(fits, covered, OF_OVERLAP, complete=complete)
+        return replace(self, fits=fits, confidence=confidence)
 
     def dense(self, part_is_source: bool) -> DenseCorrespondence:
         """Return the maps in the user's numbers, of the vertices that have a partner."""
@@ -109,8 +106,9 @@ def register_part(
     whole: Shape,
     part: Shape,
     control: Control,
+    partiality: Partiality = OF_PART,
+    *,
     scale: float | None = None,
-    entire: bool = True,
     landmarks: Points = NO_LANDMARKS,
     wholly: Points = NO_LANDMARKS,
 ) -> PartMap | None:
@@ -125,11 +123,10 @@ def register_part(
         The shapes; the unit of length of either does not matter.
     control
         May cancel, and reports progress; past its deadline, less is tried.
+    partiality
+        Whether one is a part of the other, or both only overlap.
     scale
         √area of the whole over √area of the part, if it is known.
-    entire
-        Whether every point of the part has a partner. Else the surfaces overlap, and neither is a
-        part of the other.
     landmarks
         Vertices of the whole and of the part that correspond.
     wholly
@@ -149,17 +146,17 @@ def register_part(
     MeshError
         The Laplacian of the whole cannot be factored.
     """
-    left = _VERTICES if entire else MANY_VERTICES
-    ours, theirs = reduction(whole, left), reduction(part, left)
+    ours, theirs = (reduction(one, partiality.vertices) for one in (whole, part))
     fewer = ours.shape, theirs.shape
     if min(smooth_surface(one).samples.size for one in fewer) < FEWEST:
         return None
     known, begun = (reduced_landmarks(ours, theirs, one) for one in (landmarks, wholly))
-    candidates = search_part(*fewer, control, scale, entire, known, begun)
+    task = PartTask(fewer, partiality, scale, known)
+    candidates = search_part(task, control, begun)
     if not candidates:
         return None
     control.report(STAGE, 0.6)
-    refined = refine_candidates(*fewer, candidates, control, entire=entire, rescaled=scale is None)
+    refined = refine_candidates(task, candidates, control)
     if not are_cut_across(whole, part):
         refined = _as_wholes(refined, begun)
     chosen = refined[0].part
@@ -167,9 +164,9 @@ def register_part(
     if fewer != (whole, part):
         chosen = chosen.on_whole(ours, theirs, (whole, part), control)
         chosen = chosen.again(control).mended(control)
-    elif not entire:
+    elif not partiality.mended:
         chosen = chosen.mended(control)
-    if entire:
+    if partiality.in_space:
         chosen = chosen.or_in_space(control)
     fits = tuple(one.fit for one in refined)
     return PartMap(
@@ -184,7 +181,7 @@ def register_part(
         chosen.part_share,
         fits,
         part_confidence(
-            fits, min(chosen.share, chosen.part_share), entire, complete=not control.expired
+            fits, min(chosen.share, chosen.part_share), partiality, complete=not control.expired
         ),
     )
 

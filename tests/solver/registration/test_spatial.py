@@ -118,7 +118,7 @@ def test_so_does_the_map_of_a_part(bones: Bones) -> None:
     kept = np.unique(faces)
     part = triangle_mesh(other.vertices[kept], np.searchsorted(kept, faces))
     scale = float(np.sqrt(whole.area / part.area))
-    found = register_part(bones.target, Shape(part), Control(), scale)
+    found = register_part(bones.target, Shape(part), Control(), scale=scale)
     assert found is not None
     _, triangles, barycentric = found.to_whole
     images = np.einsum("nc,ncd->nd", barycentric, whole.vertices[whole.faces[triangles]])

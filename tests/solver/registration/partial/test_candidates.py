@@ -11,11 +11,8 @@ from solver.control import Control
 from solver.mesh import triangle_mesh
 from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.partial.alignment import PartSamples
-from solver.registration.partial.candidates import (
-    Labellings,
-    alignment_by_distances,
-    labelled_points,
-)
+from solver.registration.partial.candidates import alignment_by_distances, labelled_points
+from solver.registration.partial.partiality import Labellings
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver.shapes import blob

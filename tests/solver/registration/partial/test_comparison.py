@@ -9,12 +9,11 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.mesh import triangle_mesh
-from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.partial.alignment import PartPairs, fit_to_part
 from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
 from solver.registration.partial.comparison import refine_candidates
+from solver.registration.partial.partiality import FINEST, OF_PART
 from solver.registration.partial.refinement import RefinedPart
-from solver.registration.partial.search import FINEST
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import at_rest
 from solver.shape import Shape
@@ -43,15 +42,19 @@ def half(whole: Shape, kept: IntArray) -> Shape:
     return Shape(triangle_mesh(whole.mesh.vertices[kept], np.searchsorted(kept, faces)))
 
 
+def task_of(whole: Shape, half: Shape) -> PartTask:
+    return PartTask((whole, half), OF_PART, float((whole.mesh.area / half.mesh.area) ** 0.5))
+
+
 def begun(whole: Shape, half: Shape, kept: IntArray, off: FloatArray) -> PartCandidate:
     """The candidate whose partners lie where each vertex of the half is, and (3,) from there."""
-    task = PartTask(smooth_surface(whole), smooth_surface(half), True, False, NO_LANDMARKS)
+    task = task_of(whole, half)
     ours, theirs = samples = task.samples(FINEST)
     positions = task.whole.mesh.vertices
     back = nearest_points(positions[kept[theirs.vertices]] + off, positions[ours.vertices])
-    scale = float((whole.mesh.area / half.mesh.area) ** 0.5)
+    assert task.scale is not None
     pairs = PartPairs.of_part(back, len(ours))
-    start = fit_to_part(*samples, pairs, scale, SIZE), scale
+    start = fit_to_part(*samples, pairs, task.scale, SIZE), task.scale
     return register_part_candidate(task, samples, start, ())
 
 
@@ -64,7 +67,7 @@ def error(found: RefinedPart, kept: IntArray) -> float:
 def refined(
     whole: Shape, half: Shape, control: Control, *candidates: PartCandidate
 ) -> list[RefinedPart]:
-    found = refine_candidates(whole, half, candidates, control, entire=True, rescaled=False)
+    found = refine_candidates(task_of(whole, half), candidates, control)
     return [one.part for one in found]
 
 
@@ -74,7 +77,7 @@ def test_a_candidate_comes_closer_where_it_is_registered_again(
     """Displaced as rigidly as possible alone, even twice, it hardly does."""
     off = begun(whole, half, kept, np.array([0.0, 0.25, 0.0]))
     surfaces = smooth_surface(whole), smooth_surface(half)
-    once = RefinedPart.of(surfaces, off, at_rest(surfaces[0]), True, Control())
+    once = RefinedPart.of(surfaces, off, at_rest(surfaces[0]), OF_PART, Control())
     again = refined(whole, half, Control(), off)[0]
     assert error(once.again(Control()), kept) > 0.8 * error(once, kept)
     assert error(again, kept) < 0.2 * error(once, kept)

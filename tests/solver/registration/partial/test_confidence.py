@@ -7,33 +7,35 @@ import pytest
 from solver.registration.confidence import LITTLE, MISFIT
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.fit import RefinedPartFit
+from solver.registration.partial.partiality import OF_OVERLAP, OF_PART, Partiality
 
 GOOD = RefinedPartFit(0.01, 0.2, 0.1, (0.3, 0.2), 0.1)
 
 
-@pytest.mark.parametrize("entire", [False, True])
-def test_it_grows_with_the_margin(entire: bool) -> None:
+@pytest.mark.parametrize("kind", [OF_OVERLAP, OF_PART])
+def test_it_grows_with_the_margin(kind: Partiality) -> None:
     others = [replace(GOOD, apart=factor * GOOD.apart) for factor in (1.0, 1.5, 2.5)]
-    said = [part_confidence([GOOD, one], 0.5, entire).probability for one in others]
-    assert said[0] < said[1] < said[2] <= part_confidence([GOOD], 0.5, entire).probability
+    said = [part_confidence([GOOD, one], 0.5, kind).probability for one in others]
+    assert said[0] < said[1] < said[2] <= part_confidence([GOOD], 0.5, kind).probability
 
 
 def test_a_part_that_fits_better_is_more_probable() -> None:
     worse = replace(GOOD, bent=(0.6, 0.4))
-    assert part_confidence([worse], 0.5).probability < part_confidence([GOOD], 0.5).probability
+    said = [part_confidence([one], 0.5, OF_PART).probability for one in (worse, GOOD)]
+    assert said[0] < said[1]
 
 
 def test_surfaces_that_do_not_overlap_are_not_matched_rightly() -> None:
-    found = part_confidence([RefinedPartFit.of_nothing()], 0.0, entire=False)
+    found = part_confidence([RefinedPartFit.of_nothing()], 0.0, OF_OVERLAP)
     assert found.probability == 0.0
     assert MISFIT in found.reasons
 
 
-@pytest.mark.parametrize("entire", [False, True])
-def test_a_small_patch_says_little(entire: bool) -> None:
-    known = part_confidence([GOOD], 0.4, entire)
+@pytest.mark.parametrize("kind", [OF_OVERLAP, OF_PART])
+def test_a_small_patch_says_little(kind: Partiality) -> None:
+    known = part_confidence([GOOD], 0.4, kind)
     assert known.reasons == ()
-    assert part_confidence([GOOD], 0.25, entire).probability == known.probability
-    small = part_confidence([GOOD], 0.05, entire)
+    assert part_confidence([GOOD], 0.25, kind).probability == known.probability
+    small = part_confidence([GOOD], 0.05, kind)
     assert small.probability == pytest.approx(known.probability / 5)
     assert small.reasons == (LITTLE,)

@@ -9,7 +9,9 @@ import pytest
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import triangle_mesh
+from solver.registration.partial.choice import PartTask
 from solver.registration.partial.comparison import refine_candidates
+from solver.registration.partial.partiality import OF_PART
 from solver.registration.partial.refinement import RefinedPart
 from solver.registration.partial.search import search_part
 from solver.shape import Shape
@@ -37,8 +39,8 @@ def right(whole: Shape, kept: IntArray) -> RefinedPart:
     assert (np.unique(faces) == kept).all()
     part = Shape(triangle_mesh(whole.mesh.vertices[kept], np.searchsorted(kept, faces)))
     scale = float(np.sqrt(whole.mesh.area / part.mesh.area))
-    candidates = search_part(whole, part, Control(), scale)
-    best, *_ = refine_candidates(whole, part, candidates, Control(), entire=True, rescaled=False)
+    task = PartTask((whole, part), OF_PART, scale)
+    best, *_ = refine_candidates(task, search_part(task, Control()), Control())
     return best.part
 
 
