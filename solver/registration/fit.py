@@ -6,7 +6,7 @@ errors Gaussian with unknown variances, the likelihood of a map would be the pro
 mean squares: the score is the sum of the logarithms.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,20 +19,26 @@ from solver.registration.surface import Samples, commute_times
 _MOST_STRAIN = 2.0
 """Logarithm of a distortion beyond which it counts no more: the triangle is folded."""
 
-_DISTORTED = "distorted"
-
 LEAST = 1e-6
 """Least measure whose logarithm is taken: those of equal surfaces are rounding errors."""
 
 
-def logarithms(measures: Mapping[str, float]) -> dict[str, float]:
-    """Logarithms of measures that are positive, or 0 where surfaces are equal."""
-    return {name: float(np.log(max(one, LEAST))) for name, one in measures.items()}
+def logarithms(**measures: float | tuple[float, ...] | None) -> dict[str, float]:
+    """Logarithms of the measures of a fit, by name: their sum is its score.
 
-
-def by_number(bent: Sequence[float]) -> dict[str, float]:
-    """Changes of curvature after each diffusion time, by name."""
-    return {f"bent_{number}": one for number, one in enumerate(bent)}
+    Parameters
+    ----------
+    measures
+        Positive, or 0 where surfaces are equal. Those of several diffusion times are numbered, and
+        what is ``None`` was not measured.
+    """
+    known: dict[str, float] = {}
+    for name, one in measures.items():
+        if isinstance(one, tuple):
+            known |= {f"{name}_{number}": value for number, value in enumerate(one)}
+        elif one is not None:
+            known[name] = one
+    return {name: float(np.log(max(one, LEAST))) for name, one in known.items()}
 
 
 @dataclass(frozen=True)
@@ -72,21 +78,19 @@ class Fit:
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        known = {
-            "apart": self.apart,
-            "turned": self.turned,
-            "sheared": self.sheared,
-            "stretched": self.stretched,
-            **by_number(self.bent),
-        }
-        if self.distorted is not None:
-            known[_DISTORTED] = self.distorted
-        return logarithms(known)
+        return logarithms(
+            apart=self.apart,
+            turned=self.turned,
+            sheared=self.sheared,
+            stretched=self.stretched,
+            bent=self.bent,
+            distorted=self.distorted,
+        )
 
     @property
     def score(self) -> float:
         """Sum of the logarithms of the local measures; the less, the better."""
-        return sum(value for name, value in self.measures.items() if name != _DISTORTED)
+        return sum(value for name, value in self.measures.items() if name != "distorted")
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,7 +33,7 @@ class RefinedFit:
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        return logarithms({"apart": self.apart, "turned": self.turned, "strained": self.strained})
+        return logarithms(apart=self.apart, turned=self.turned, strained=self.strained)
 
     @property
     def score(self) -> float:

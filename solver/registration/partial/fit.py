@@ -4,13 +4,14 @@ Where surfaces only overlap, the fit of a small patch is always good: what has n
 with the score of an occlusion. Of a part, every point has a partner, and nothing is charged.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.registration.alignment import Alignment
-from solver.registration.fit import by_number, logarithms, strain
+from solver.registration.fit import logarithms, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
     WEIGHTS,
@@ -65,19 +66,18 @@ class PartFit:
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        known = {
-            "apart": self.apart,
-            "turned": self.turned,
-            "sheared": self.sheared,
-            "stretched": self.stretched,
-            **by_number(self.bent),
-        }
-        return logarithms(known)
+        return logarithms(
+            apart=self.apart,
+            turned=self.turned,
+            sheared=self.sheared,
+            stretched=self.stretched,
+            bent=self.bent,
+        )
 
     @property
     def score(self) -> float:
         """Sum of the logarithms of the measures, where something is met; the less, the better."""
-        return _with_occlusion(sum(self.measures.values()), self.share, _OCCLUSION)
+        return _with_occlusion(self.measures, self.share, _OCCLUSION)
 
 
 def measure_part_fit(
@@ -129,9 +129,9 @@ def _bent(whole: Samples, part: PartSamples, scale: float, back: IntArray) -> Fl
     return np.abs(there[back] - here)
 
 
-def _with_occlusion(score: float, share: float, occlusion: float) -> float:
+def _with_occlusion(measures: Mapping[str, float], share: float, occlusion: float) -> float:
     """Mean score over the area: what has no partner has the score of the occlusion."""
-    return share * score + (1.0 - share) * occlusion
+    return share * sum(measures.values()) + (1.0 - share) * occlusion
 
 
 def mean_share(whole: float, part: float, scale: float) -> float:
@@ -193,25 +193,23 @@ class RefinedPartFit:
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        known = {
-            "apart": self.apart,
-            "turned": self.turned,
-            "strained": self.strained,
-            **by_number(self.bent),
-        }
-        if self.distorted is not None:
-            known["distorted"] = self.distorted
-        return logarithms(known)
+        return logarithms(
+            apart=self.apart,
+            turned=self.turned,
+            strained=self.strained,
+            bent=self.bent,
+            distorted=self.distorted,
+        )
 
     @property
     def score(self) -> float:
         """Sum of the logarithms of the measures, where something is met; the less, the better."""
-        return _with_occlusion(sum(self.measures.values()), self.share, _REFINED_OCCLUSION)
+        return _with_occlusion(self.measures, self.share, _REFINED_OCCLUSION)
 
     @property
     def score_as_wholes(self) -> float:
         """The same where both are expected to be whole."""
-        return _with_occlusion(sum(self.measures.values()), self.share, _WHOLE_OCCLUSION)
+        return _with_occlusion(self.measures, self.share, _WHOLE_OCCLUSION)
 
 
 def changes_of_curvature(
