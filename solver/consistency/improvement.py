@@ -19,7 +19,7 @@ from solver.consistency.paths import probable_paths
 from solver.control import Control
 from solver.registration import Confidence, DenseCorrespondence, Registration
 from solver.registration.choice import FINE, Candidate, Task, choose, mapped, ranked
-from solver.registration.confidence import SURE, confidence_of
+from solver.registration.confidence import RIGHT_ERROR, SURE, confidence_of
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
@@ -35,8 +35,11 @@ LENGTH: Final = 4
 SAMPLES: Final = 200
 """Samples of each shape that cycle errors are the means of."""
 
-DOUBTFUL: Final = 0.1
+DOUBTFUL: Final = RIGHT_ERROR
 """Cycle error over √area above which pairs and shapes do not fit: that of a wrong map."""
+
+_LEAST_PROBABILITY: Final = 1e-9
+"""Least probability whose logarithm is taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +180,7 @@ def _better(
     direct = registered(pair)
     found = [(probability, path, registered(path)) for probability, path in paths]
     probability, path, chosen = min(found, key=lambda one: one[2].fit.score - np.log(one[0]))
-    known = direct.fit.score - np.log(max(maps.probabilities[pair], _LEAST))
+    known = direct.fit.score - np.log(max(maps.probabilities[pair], _LEAST_PROBABILITY))
     same = len(ranked([chosen, direct], task.positions)) == 1
     if same or chosen.fit.score - np.log(probability) >= known:
         return None
@@ -222,7 +225,3 @@ def _by_vertex(given: IntArray, images: IntArray, source: Shape, target: Shape) 
 
 def _above(error: float | None) -> bool:
     return error is not None and error > DOUBTFUL
-
-
-_LEAST: Final = 1e-9
-"""Least probability whose logarithm is taken."""

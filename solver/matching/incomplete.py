@@ -18,7 +18,7 @@ from solver.matching.result import Match
 from solver.matching.whole import match_whole
 from solver.registration import STAGE, Registration, first_registration
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.confidence import CONTRADICTED, EXACT
+from solver.registration.confidence import CONTRADICTED, EXACT, RIGHT_ERROR
 from solver.registration.partial import are_cut_across
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
@@ -36,10 +36,6 @@ _LACKING = 0.075
 which stretches it over what it lacks. Of 19 parts it is 0.085 to 0.45 in the end, and of 36 others
 0.09 to 0.57 at first; in 25 matches of bodies with up to five small holes that are right 0.02 to
 0.07, in one 0.14."""
-
-_AGREE = 0.1
-"""Mean geodesic distance over √area within which two registrations agree: the mean error of an
-answer that counts as right."""
 
 _BEGUN, _COMPARED = 500, 100
 """Samples whose images a candidate begins at, and are compared, at most."""
@@ -176,7 +172,7 @@ def _are_whole(
     if any(_lacks(registration, part, control) for part in (SOURCE, TARGET)):
         return False
     try:
-        return _apart(registration.target, known, points) < _AGREE
+        return _apart(registration.target, known, points) < RIGHT_ERROR
     except MeshError:
         return True
 

@@ -5,10 +5,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh
-
-_CONTRADICTED = 0.1
-"""Distance over √area from where a registration puts a landmark, beyond which it is contradicted:
-an answer whose mean error is larger counts as wrong."""
+from solver.registration.confidence import RIGHT_ERROR
 
 
 def landmark_vertices(
@@ -69,12 +66,12 @@ def contradictions(images: FloatArray, partners: FloatArray, size: float) -> tup
 
     Returns
     -------
-    A warning for each.
+    A warning for each that is missed by more than the error of a right answer.
     """
     apart = np.linalg.norm(images - partners, axis=1) / size
     return tuple(
         f"landmarks.{place}: registered, its source vertex is {far:.2f} √area away from its target"
         " vertex; correct the pair, unless the registration is wrong"
         for place, far in enumerate(apart.tolist())
-        if far > _CONTRADICTED
+        if far > RIGHT_ERROR
     )

@@ -24,15 +24,12 @@ from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, solved_level
 from solver.matching.sampling import common_size, sample
 from solver.registration import STAGE, Points, Registration, register
+from solver.registration.confidence import RIGHT_ERROR
 from solver.shape import Shape
 
 _COARSE_SOLUTIONS = 32
 """Coarse solutions that registrations begin at, in the first and in the last metric each: the more,
 the likelier is a right one among them."""
-
-_AGREE = 0.1
-"""Mean distance in space over √area within which a hypothesis agrees with a map: that of an answer
-that is right."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +115,7 @@ def orient(
     )
     if options.objective == LINF:
         return replace(unchanged, registration=found, place=nearest, warnings=warnings)
-    if apart[nearest] > _AGREE:
+    if apart[nearest] > RIGHT_ERROR:
         distances = _distances_from_images(target, found, levels[0], control)
         with control.stage(STAGE):
             further = hypothesis_from_map(levels, distances, hypotheses, options.rho, control)

@@ -20,11 +20,15 @@ from solver.kernel import kernel
 from solver.mesh import nearest_rotations
 from solver.registration.surface import Samples
 
-_RIDGE = 0.01
-"""Ridge of displacements. From 0.1 to 0.0001, errors change by a fiftieth."""
+RIDGE = 0.01
+"""Ridge of displacements. From 0.1 to 0.0001, errors change by a fiftieth; of parts, with ten times
+or a tenth of it, by a tenth."""
 
-_LEAST = 1e-9
+LEAST_RIDGE = 1e-9
 """Least ridge, which keeps the equations regular where samples are fewer than eigenfunctions."""
+
+LEAST_RIDGE_OF_FEW = 1e-6
+"""The same where pairs are few, or on a part of the surface alone."""
 
 
 @dataclass(frozen=True)
@@ -242,8 +246,10 @@ def fit_alignment(source: Samples, target: Samples, pairs: Pairs, size: int) -> 
     k = min(size, source.size, target.size)
     basis = WeightedBasis(source.eigenfunctions[:, :k], pairs.weights)
     goals = pairs.partners(target.smoothed(k)[0], 3)
-    ridge = _RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[-1]), _LEAST)
-    coefficients, turn = fit_displacement(basis, source.coefficients[:k], goals, ridge + _LEAST)
+    ridge = RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[-1]), LEAST_RIDGE)
+    coefficients, turn = fit_displacement(
+        basis, source.coefficients[:k], goals, ridge + LEAST_RIDGE
+    )
     there = pairs.partners(target.eigenfunctions, k)
     left, _, right = np.linalg.svd((basis.weighted @ there).T)
     return Alignment(coefficients, FunctionalMap(left @ right), turn)

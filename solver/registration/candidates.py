@@ -17,6 +17,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import FunctionalMap, fit_orthonormal_map, mutual_nearest_points
 from solver.registration.alignment import (
     GLOBAL,
+    LEAST_RIDGE_OF_FEW,
     Alignment,
     Pairs,
     WeightedBasis,
@@ -40,11 +41,8 @@ FEWEST = 4
 FIRST_SIZE = 12
 """Eigenfunctions of the first displacement: torso and limbs of a body."""
 
-_RIDGE = 0.1
+_FIRST_RIDGE = 0.1
 """Ridge of the first displacement, over that of its last eigenfunction."""
-
-_LEAST = 1e-6
-"""Least ridge, which keeps the equations regular."""
 
 _SIGNED = 6
 """First eigenfunctions all of whose signs are tried: 2⁶ candidates."""
@@ -176,7 +174,8 @@ def first_ridge(eigenvalues: FloatArray) -> FloatArray:
     eigenvalues
         (k,) first ones.
     """
-    return _RIDGE * eigenvalues / max(float(eigenvalues[-1]), _LEAST) + _LEAST
+    least = LEAST_RIDGE_OF_FEW
+    return _FIRST_RIDGE * eigenvalues / max(float(eigenvalues[-1]), least) + least
 
 
 def pairs_from_points(

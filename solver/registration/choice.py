@@ -53,10 +53,12 @@ FINE = (
 )
 
 SAME = 0.05
-"""Mean distance in space over √area between the images of candidates that are the same."""
+"""Mean distance in space over √area between the images of candidates that are the same. A choice,
+half of the error of a right answer; of surfaces that overlap, it is `SAME_OVERLAP`."""
 
-LANDMARK = 0.1
-"""Mean distance in space over √area within which landmarks are met as well as they can be."""
+LANDMARK_TOLERANCE = 0.1
+"""Mean distance in space over √area by which candidates may miss landmarks more than the one that
+misses them least: they meet them as well. A choice, as great as the error of a right answer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,7 +281,7 @@ def meeting(missed: Sequence[float]) -> list[bool]:
         Mean distance of the displaced landmarks of each from where they should be, in √area.
     """
     least = min(missed, default=0.0)
-    return [one <= least + LANDMARK for one in missed]
+    return [one <= least + LANDMARK_TOLERANCE for one in missed]
 
 
 def distinct(

@@ -13,16 +13,17 @@ from solver.registration.refined_fit import RefinedFit
 from solver.registration.refinement import refine_on_few
 from solver.registration.surface_map import at_rest
 
-_RIVAL = 0.5
-"""Difference of scores from the best candidate up to which another may be better, refined."""
+_OVERTAKING = 0.5
+"""Difference of scores in eigenfunctions from the best candidate below which another may be better
+once both are refined."""
 
-_DIFFERENT = 6
-"""Candidates that differ once refined, at most."""
+_MOST_COMPARED = 6
+"""Candidates that differ once refined, at most. A choice: as many as the last fine stage keeps."""
 
 
-def has_rivals(candidates: Sequence[Candidate]) -> bool:
+def may_be_overtaken(candidates: Sequence[Candidate]) -> bool:
     """Whether others than the best, which comes first, may be better once they are refined."""
-    return margin_of([one.fit.score for one in candidates]) < _RIVAL
+    return margin_of([one.fit.score for one in candidates]) < _OVERTAKING
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,4 +79,4 @@ def best_compared(found: Sequence[Compared]) -> list[Compared]:
     """Return those that differ, the best first, of those that meet the landmarks as well as any."""
     met = meeting([one.candidate.missed for one in found])
     order = sorted(compress(found, met), key=lambda one: one.fit.score)
-    return [order[row] for row in distinct((one.places for one in order), _DIFFERENT)]
+    return [order[row] for row in distinct((one.places for one in order), _MOST_COMPARED)]

@@ -29,6 +29,10 @@ best. On few vertices a difference of 0.15 tells. On all, where scores differ ab
 half the weight is on the side of doubt: a fit to 23 such answers, of which six are right, gives
 35."""
 
+RIGHT_ERROR = 0.1
+"""Mean geodesic error over √area up to which an answer counts as right. Distances in space are
+compared with it, too: they are never greater than geodesic ones."""
+
 SURE = 0.9
 """Probability from which no reason for doubt is given."""
 
@@ -42,7 +46,7 @@ _EITHER = 0.5
 _LIKELY = 0.5
 """Probability from which an answer is rather right than wrong."""
 
-CLOSE = 0.25
+RIVAL_MARGIN = 0.25
 """Difference of scores below which another correspondence fits nearly as well: on generated pairs,
 half of the answers by less are wrong."""
 
@@ -72,7 +76,7 @@ class Confidence:
     ----------
     probability
         Calibrated probability in [0, 1] that the answer is right: that its mean geodesic error is
-        below a tenth of √area.
+        at most :data:`RIGHT_ERROR`.
     reasons
         Reasons for doubt in words; empty when sure, unless the time limit ended the search.
     measures
@@ -225,7 +229,7 @@ def reasons_for_doubt(probability: float, margin: float, complete: bool) -> tupl
     """
     reasons = []
     if probability < SURE:
-        rival = margin < CLOSE
+        rival = margin < RIVAL_MARGIN
         if rival:
             reasons.append(RIVAL)
         if probability < _LIKELY or not rival:

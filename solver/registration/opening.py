@@ -15,17 +15,15 @@ from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, components_of, triangle_areas
+from solver.registration.confidence import RIGHT_ERROR
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
 from solver.shape.laplacian import definite_factor
 
-_TORN = 0.1
-"""By how much the images of neighbours are farther apart at a tear, in √area: as much as an answer
-that is right may be wrong."""
-
 _CUT = 0.05
-"""The same where tears cut a piece off, which few errors do: pieces on the limb beside their own
-are found with 0.03 to 0.06."""
+"""By how much the images of neighbours are farther apart, in √area, where a tear cuts a piece off.
+Few errors do that, so that less counts than at other tears: pieces on the limb beside their own are
+found with 0.03 to 0.06."""
 
 _LEAST_TORN = 0.003
 """Share of the triangles below which tears are nothing but errors of a map."""
@@ -162,6 +160,8 @@ def creases(surface: SmoothSurface, crease: Crease) -> BoolArray:
 def tears(mesh: TriangleMesh, images: FloatArray) -> BoolArray:
     """(F,) whether the images of a triangle's vertices are much farther apart than these.
 
+    That is by more than the error of a right answer.
+
     Parameters
     ----------
     mesh
@@ -173,7 +173,7 @@ def tears(mesh: TriangleMesh, images: FloatArray) -> BoolArray:
         np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         for corners in (mesh.vertices[mesh.faces], images[mesh.faces])
     )
-    torn: BoolArray = (after > before + _TORN).any(axis=1)
+    torn: BoolArray = (after > before + RIGHT_ERROR).any(axis=1)
     return torn
 
 

@@ -9,7 +9,7 @@ from solver.control import Control
 from solver.errors import MeshError
 from solver.registration.alignment import GLOBAL, Pairs
 from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points, first_pairs
-from solver.registration.choice import COARSE, LANDMARK, Candidate, Task, again, choose
+from solver.registration.choice import COARSE, LANDMARK_TOLERANCE, Candidate, Task, again, choose
 from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
@@ -22,8 +22,8 @@ from solver.shape import Shape
 
 _REFLECTED_MARGIN = 3.0
 """How much less the score of the reflected source must be for the shapes to be called reflected:
-the measures less by two fifths each. A symmetric body in a mirrored pose fits somewhat better
-reflected, too."""
+the six local measures less by two fifths each. A choice: a symmetric body in a mirrored pose fits
+somewhat better reflected, too."""
 
 _OPENED_MARGIN = 0.2
 """How much less the refined score of opened surfaces has to be. Of 28 answers in doubt for scans
@@ -223,7 +223,7 @@ def register(
     found = _registered(source, target, task, hypotheses, first, others=others)
     if len(landmarks[0]):
         # Landmarks may mean the mirror image; hardly where the direct answer surely meets them.
-        doubted = found.candidate.missed > LANDMARK or not found.confidence.is_sure
+        doubted = found.candidate.missed > LANDMARK_TOLERANCE or not found.confidence.is_sure
         mirrored = _registered(
             source, target, task.reflected(), hypotheses, second, others=False, further=doubted
         )
@@ -268,7 +268,7 @@ def first_registration(source: Shape, target: Shape, control: Control) -> Regist
 def _is_meant(mirrored: Registration, direct: Registration) -> bool:
     """Return whether landmarks mean the mirror image: it alone meets them, or fits far better."""
     nearer = direct.candidate.missed - mirrored.candidate.missed
-    if abs(nearer) > LANDMARK:
+    if abs(nearer) > LANDMARK_TOLERANCE:
         return nearer > 0.0
     return mirrored.score < direct.score - _REFLECTED_MARGIN
 

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.registration.confidence import RIGHT_ERROR
 from solver.registration.surface import Samples
 
 # Of jumps and of places covered twice, in what a sample changes the score by, times the number of
@@ -27,9 +28,6 @@ _JUMP = 10.0
 
 _TWICE = 5.0
 """Weight of a place that is covered twice."""
-
-_NEAR = 0.1
-"""Distance in √area within which images are in the same place: that of an answer that is right."""
 
 _NEIGHBOURS = 6
 
@@ -67,7 +65,8 @@ def takes_second(
     # Each edge is listed at both ends, with half of its weight.
     jump = 0.5 * _JUMP * 0.5 * (apart[here] + apart[there])
     distance, same = (np.asarray(one) for one in KDTree(second).query(first))
-    twice = np.flatnonzero((distance < _NEAR) & (apart > _NEAR))
+    # Within the error of a right answer, images are in the same place.
+    twice = np.flatnonzero((distance < RIGHT_ERROR) & (apart > RIGHT_ERROR))
     tails = np.concatenate([here, there, twice, np.full(count, one_end), every])
     heads = np.concatenate([there, here, same[twice], every, np.full(count, other_end)])
     capacities = np.concatenate(

@@ -21,11 +21,11 @@ from solver.registration.choice import (
     meeting,
     ranked,
 )
-from solver.registration.comparison import Compared, best_compared, compare, has_rivals
+from solver.registration.comparison import Compared, best_compared, compare, may_be_overtaken
 from solver.registration.confidence import (
-    CLOSE,
     EXACT,
     REFINED_EXACT,
+    RIVAL_MARGIN,
     SURE,
     Confidence,
     confidence_of,
@@ -46,14 +46,15 @@ _REPEATED = 1.01
 1.13 to 3.3 times the first."""
 
 _KEPT = 16
-"""Best candidates of the coarse stages that go through the fine ones."""
+"""Best candidates of the coarse stages that go through the fine ones. A choice: in doubt, each is
+refined on few vertices as well, which takes some 25 ms."""
 
 _ROUNDS = 2
 """How often, when in doubt, the best candidates of a population are varied and crossed; a third
 time changes nothing. After the first, one in forty answers that seem sure is wrong."""
 
 _VARIED = 3
-"""Best candidates whose signs are varied."""
+"""Best candidates whose signs are varied. A choice: each gives 64 coarse candidates a round."""
 
 
 STAGE = "registration"
@@ -112,9 +113,7 @@ def search(
     """
     coarse, halfway, found = _begun(task, hypotheses, control)
     known = confidence_in(found, control)
-    scores = [one.fit.score for one in found]
-    beyond_doubt = known.probability >= _BEYOND_DOUBT and not has_rivals(found)
-    if control.expired or (beyond_doubt and (scores[0] < EXACT or not _has_rotations(task))):
+    if control.expired or _is_beyond_doubt(task, found, known):
         return Found(tuple(found), _among_fits(known, found))
     try:
         further = _FurtherSearch(task, reduced(FEW_VERTICES), known, control)
@@ -123,7 +122,7 @@ def search(
         margin = margin_of(scores)
         said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
         among = None
-        if margin < CLOSE and said.probability < SURE and not control.expired:
+        if margin < RIVAL_MARGIN and said.probability < SURE and not control.expired:
             control.report(STAGE, 0.8)
             among = _choice_of_rivals(best, reduced(MANY_VERTICES), control)
         if among is None:
@@ -144,7 +143,18 @@ def search(
     return Found((*register_finely(task, [chosen], control), *rest), said)
 
 
-def _has_rotations(task: Task) -> bool:
+def _is_beyond_doubt(task: Task, found: Sequence[Candidate], known: Confidence) -> bool:
+    """Whether nothing more is searched: no other than the best may be right.
+
+    Where rotations keep both surfaces, the right one may not be among candidates, unless the best
+    is exact.
+    """
+    if known.probability < _BEYOND_DOUBT or may_be_overtaken(found):
+        return False
+    return found[0].fit.score < EXACT or not _have_rotations(task)
+
+
+def _have_rotations(task: Task) -> bool:
     """Whether both surfaces have a repeated first eigenvalue, as those have that rotations keep.
 
     Any rotation of their eigenfunctions is as good: candidates by signs are few of many.
@@ -198,7 +208,7 @@ def _choice_of_rivals(
     The chosen one and the others, and how much greater the score of the best other is; ``None``
     where the time is over before all are refined.
     """
-    rivals = [one for one in best if one.fit.score < best[0].fit.score + CLOSE]
+    rivals = [one for one in best if one.fit.score < best[0].fit.score + RIVAL_MARGIN]
     scores = [
         refine_on(reduced, one.candidate, control).fit.score
         for one in control.in_time(rivals, least=1)

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from solver.arrays import FloatArray
+from solver.registration.alignment import LEAST_RIDGE
 from solver.registration.surface import MIRROR
 from solver.registration.surface_map import SurfaceMap
 
@@ -33,9 +34,6 @@ hundredth less, with 0.1 up to a twentieth more, with 1 a seventh."""
 
 _RIDGE = 1e-3
 """With 0.0003 or 0.003, errors of generated skulls are up to a tenth more."""
-
-_LEAST = 1e-9
-"""Least ridge, which keeps the equations regular."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +81,7 @@ class SpatialDisplacement:
         n, size = basis.shape
         # Unknown are all coefficients of x, then those of y, and of z.
         rows = (normals[:, :, None] * basis[:, None, :]).reshape(n, 3 * size)
-        within = _SLIDING / n * (basis.T @ basis) + _LEAST * np.eye(size)
+        within = _SLIDING / n * (basis.T @ basis) + LEAST_RIDGE * np.eye(size)
         within[4:, 4:] += _RIDGE * _kernel(centres, centres, width)
         gram = rows.T @ rows / n + np.kron(np.eye(3), within)
         right = rows.T @ (normals * goals).sum(axis=1) + _SLIDING * (goals.T @ basis).ravel()

@@ -20,6 +20,8 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points, nearest_points
 from solver.registration.alignment import (
+    LEAST_RIDGE_OF_FEW,
+    RIDGE,
     Alignment,
     WeightedBasis,
     Weights,
@@ -36,21 +38,16 @@ bench.partial --halves``, five were wrong without curvatures, two with a weight 
 
 IN_SPACE = Weights(spectrum=0.0, space=2.0, normals=0.3)
 
-_RIDGE = 0.01
-"""Ridge of displacements. With ten times or a tenth of it, errors change by a tenth."""
-
 _SPECTRAL_RIDGE = 0.01
 """Ridge of the functional map."""
-
-_LEAST = 1e-6
-"""Least ridge, which keeps the equations regular."""
 
 PARTNER_DISTANCE = 0.1
 """Distance over √area of the whole within which a point's partner's partner is near it."""
 
 _RANK = 0.6
 """Eigenfunctions of the part, for each of the whole: there are as many below an eigenvalue as the
-part's share of the area (Weyl's law), and a half to all of a surface is a part of interest."""
+part's share of the area (Weyl's law), and a half to all of a surface is a part of interest. A
+choice in this range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,15 +266,15 @@ def fit_to_part(
     """
     k = min(size, whole.size)
     basis = WeightedBasis(whole.eigenfunctions[pairs.rows, :k], pairs.weights)
-    decay = whole.eigenvalues[:k] / max(float(whole.eigenvalues[-1]), _LEAST)
+    decay = whole.eigenvalues[:k] / max(float(whole.eigenvalues[-1]), LEAST_RIDGE_OF_FEW)
     coefficients, turn = fit_displacement(
         basis,
         whole.coefficients[:k],
         part.positions[pairs.columns],
-        _RIDGE * decay + _LEAST,
+        RIDGE * decay + LEAST_RIDGE_OF_FEW,
         scale,
     )
     rank = min(max(int(_RANK * k), 4), part.functions.shape[1])
     there = part.functions[pairs.columns, :rank]
-    matrix = basis.coefficients(there, _SPECTRAL_RIDGE * decay + _LEAST).T
+    matrix = basis.coefficients(there, _SPECTRAL_RIDGE * decay + LEAST_RIDGE_OF_FEW).T
     return Alignment(coefficients, FunctionalMap(np.asarray(matrix)), turn)

@@ -27,7 +27,7 @@ _AGAIN = replace(FINEST, sizes=(20, 26, 33, 41, 50, *FINEST.sizes))
 """Stage in which refined candidates are registered again."""
 
 _BEST = 6
-"""Best candidates that are refined twice."""
+"""Best candidates that are refined twice. A choice."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -124,6 +124,9 @@ class Partiality:
 FINEST = PartStage(750, 800, (60, 70, 85), 8)
 """Last stage of surfaces that overlap; its samples are those that parts are refined from, too."""
 
+SAME_OVERLAP = 0.1
+"""As `SAME`, of surfaces that overlap; the stages of `OF_OVERLAP` say what it changes."""
+
 OF_PART = Partiality(
     entire=True,
     # With 1,500, more answers are wrong, and with 10,000 none fewer, in half as much time again.
@@ -143,6 +146,7 @@ OF_PART = Partiality(
     rounds=FEWER_ROUNDS,
     # Of 14 hard halves of bodies, seven were wrong without it, and two with it, or with 12 and 6.
     again=(8, 4),
+    # A choice, as many as in the round before.
     last=4,
     mended=True,
     in_space=True,
@@ -171,10 +175,10 @@ OF_OVERLAP = Partiality(
     # which cover more. Of 10 hard pairs, a candidate that is right where it covers is kept for 10,
     # and for 4 with 16 candidates at the end and `same` 0.05; it is not always chosen.
     stages=(
-        PartStage(100, 200, (8, 10, 12), 200, same=0.1),
-        PartStage(200, 400, (14, 17, 20), 100, same=0.1),
-        PartStage(300, 600, (26, 33, 41, 50), 50, same=0.1),
-        replace(FINEST, kept=24, same=0.1),
+        PartStage(100, 200, (8, 10, 12), 200, same=SAME_OVERLAP),
+        PartStage(200, 400, (14, 17, 20), 100, same=SAME_OVERLAP),
+        PartStage(300, 600, (26, 33, 41, 50), 50, same=SAME_OVERLAP),
+        replace(FINEST, kept=24, same=SAME_OVERLAP),
     ),
     rounds=ROUNDS,
     again=(),

@@ -13,7 +13,7 @@ from solver.registration.partial.choice import PartTask
 from solver.registration.partial.comparison import MeasuredPart, refine_candidates
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.fit import RefinedPartFit
-from solver.registration.partial.partiality import OF_OVERLAP, OF_PART, Partiality
+from solver.registration.partial.partiality import OF_OVERLAP, OF_PART, SAME_OVERLAP, Partiality
 from solver.registration.partial.search import search_part
 from solver.registration.reduction import reduced_landmarks, reduction
 from solver.registration.search import STAGE
@@ -23,9 +23,6 @@ from solver.shape import Shape
 
 _ACROSS = 0.6
 """Length over √area of a cut across the trunk: more than the girth of a thigh."""
-
-_AGREE = 0.1
-"""Mean distance in space over √area within which two registrations are the same candidate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +82,7 @@ class PartMap:
         there = self.part.mesh.vertices
         met = self.covered & other.part_covered
         away = np.linalg.norm(there[self.to_part[0][met]] - there[other.to_whole[0][met]], axis=1)
-        if met.any() and away.mean() < _AGREE * self.part.size:
+        if met.any() and away.mean() < SAME_OVERLAP * self.part.size:
             return self
         fits = self.fits[0], other.fits[0], *self.fits[1:]
         covered = min(self.share, self.part_share)
@@ -212,7 +209,7 @@ def _as_wholes(refined: list[MeasuredPart], wholly: Points) -> list[MeasuredPart
 
     def agrees(one: MeasuredPart) -> bool:
         away = np.linalg.norm(places[one.part.images[here]] - places[there], axis=1)
-        return bool(away.mean() < _AGREE)
+        return bool(away.mean() < SAME_OVERLAP)
 
     best, *others = refined
     known = next(filter(agrees, refined), best)

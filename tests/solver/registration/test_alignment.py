@@ -10,10 +10,10 @@ from solver.arrays import FloatArray
 from solver.functional_maps import FunctionalMap
 from solver.mesh import triangle_mesh
 from solver.registration.alignment import (
-    _LEAST,
-    _RIDGE,
     GLOBAL,
+    LEAST_RIDGE,
     LOCAL,
+    RIDGE,
     Alignment,
     Pairs,
     Weights,
@@ -53,7 +53,7 @@ def test_a_fit_is_the_weighted_least_squares_solution(surface: SmoothSurface) ->
         rows.append(np.sqrt(weight) * here[i])
         goals.append(np.sqrt(weight) * (there[j] - here[i] @ turned))
     for i in range(k):
-        penalty = _RIDGE * source.eigenvalues[i] / source.eigenvalues[-1] + _LEAST
+        penalty = RIDGE * source.eigenvalues[i] / source.eigenvalues[-1] + LEAST_RIDGE
         rows.append(np.sqrt(penalty) * np.eye(k)[i])
         goals.append(np.zeros(3))
     expected = np.linalg.lstsq(np.array(rows), np.array(goals), rcond=None)[0]

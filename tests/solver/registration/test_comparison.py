@@ -12,7 +12,7 @@ from solver.mesh import triangle_mesh
 from solver.registration import Registration, register
 from solver.registration.candidates import first_pairs, pairs_from_points
 from solver.registration.choice import COARSE, FINE, SAME, Candidate, Task, choose
-from solver.registration.comparison import best_compared, compare, has_rivals
+from solver.registration.comparison import best_compared, compare, may_be_overtaken
 from solver.registration.confidence import RIVAL
 from solver.registration.reduction import FEW_VERTICES, ReducedTask
 from solver.shape import Shape
@@ -51,8 +51,8 @@ def test_past_a_deadline_one_is_refined(blob: Shape, found: list[Candidate]) -> 
 
 def test_rivals_fit_nearly_as_well_as_the_best(found: list[Candidate]) -> None:
     best, *others = found[:3]
-    assert has_rivals([best, replace(others[0], fit=best.fit), others[1]])
-    assert not has_rivals([best, *others])
+    assert may_be_overtaken([best, replace(others[0], fit=best.fit), others[1]])
+    assert not may_be_overtaken([best, *others])
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.registration import seams
+from solver.registration.confidence import RIGHT_ERROR
 from solver.registration.seams import neighbours_of, takes_second
 from solver.registration.surface import SmoothSurface
 
@@ -32,7 +33,7 @@ def energy(
                 total += 0.5 * seams._JUMP * 0.5 * (apart[i] + apart[j])
     distance, same = (np.asarray(one) for one in KDTree(second).query(first))
     for i, j in enumerate(same):
-        twice = distance[i] < seams._NEAR < apart[i]
+        twice = distance[i] < RIGHT_ERROR < apart[i]
         if twice and not taken[i] and taken[j]:
             total += seams._TWICE
     return float(total)
