@@ -18,7 +18,7 @@ from solver.matching.result import Match
 from solver.matching.whole import match_whole
 from solver.registration import STAGE, Registration, first_registration
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.confidence import CONTRADICTED, EXACT, RIGHT_ERROR
+from solver.registration.confidence import EXACT, RIGHT_ERROR
 from solver.registration.partial import are_cut_across
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
@@ -135,7 +135,7 @@ def _match_possible_overlap(
     if not _are_whole(registration, known, points, last):
         return _matched_part(known, options, last) or found
     agreed = known.surfaces.confidence
-    if CONTRADICTED in registration.confidence.reasons:
+    if registration.confidence.is_contradicted:
         agreed = agreed.against_landmarks()
     surer = registration.confidence.probability >= agreed.probability
     if known.ahead and surer and not are_cut_across(source, target):

@@ -95,7 +95,7 @@ class KnownPart:
     @property
     def ahead(self) -> bool:
         """Whether no other registration fits better where it has partners."""
-        return self.surfaces.confidence.measures["margin"] > 0.0
+        return self.surfaces.confidence.margin > 0.0
 
     @property
     def sure(self) -> bool:

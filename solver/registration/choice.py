@@ -115,8 +115,14 @@ class Task:
         landmarks
             Vertices of X and Y that are known to correspond.
         """
-        ours, theirs = smooth_surface(source), smooth_surface(target)
-        return cls(ours, theirs, (ours.samples, theirs.samples), landmarks)
+        return cls.of_surfaces(smooth_surface(source), smooth_surface(target), landmarks)
+
+    @classmethod
+    def of_surfaces(
+        cls, source: SmoothSurface, target: SmoothSurface, landmarks: Points = NO_LANDMARKS
+    ) -> "Task":
+        """Return the task of two surfaces, of which none is reflected."""
+        return cls(source, target, (source.samples, target.samples), landmarks)
 
     @property
     def is_reflected(self) -> bool:

@@ -88,6 +88,21 @@ class Confidence:
     measures: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def margin(self) -> float:
+        """How much greater the score of the best other candidate is; 0 if it is less, at most 1."""
+        return self.measures["margin"]
+
+    @property
+    def refined_score(self) -> float | None:
+        """Score of the refined fit; ``None`` where candidates were not refined to be compared."""
+        return self.measures.get("refined_score")
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether landmarks contradict the answer."""
+        return CONTRADICTED in self.reasons
+
+    @property
     def is_likely(self) -> bool:
         """Whether the answer is rather right than wrong."""
         return self.probability >= _LIKELY

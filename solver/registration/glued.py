@@ -58,9 +58,9 @@ _STAGES = (COARSE[-1], *FINE)
 """Stages of the alignment after that."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class OpenedCandidate:
-    """A candidate on opened surfaces.
+    """A candidate on opened surfaces, which keeps its images once they are known.
 
     Parameters
     ----------
@@ -75,8 +75,7 @@ class OpenedCandidate:
     openings: tuple[Opening, Opening]
     candidate: Candidate
     reflected: bool = False
-    _images: list[IntArray] = field(default_factory=list, init=False, repr=False)
-    """Those of all vertices of what is left of the source, once they are known."""
+    _images: IntArray | None = field(default=None, init=False, repr=False)
 
     def images(self, vertices: IntArray, control: Control) -> IntArray:
         """(S,) vertices of the whole target that S vertices of the whole source go to.
@@ -98,9 +97,9 @@ class OpenedCandidate:
             Through `control`.
         """
         ours, theirs = self.openings
-        if not self._images:
-            self._images.append(self._untorn(control))
-        found: IntArray = theirs.vertices[self._images[0][ours.places[vertices]]]
+        if self._images is None:
+            self._images = self._untorn(control)
+        found: IntArray = theirs.vertices[self._images[ours.places[vertices]]]
         return found
 
     def vertex_maps(self) -> VertexMaps:

@@ -9,7 +9,6 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import TriangleMesh
-from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import FINE, Task, choose, mapped
 from solver.registration.glued import OpenedCandidate
 from solver.registration.opening import Opening
@@ -97,7 +96,7 @@ def _few_on_cut(shape: Shape, opening: Opening) -> BoolArray:
 def _turned(found: RefinedCandidate, control: Control) -> RefinedCandidate:
     """Bend the target onto the source, by the same maps."""
     ours, theirs = found.displaced.source, found.displaced.target
-    task = Task(theirs, ours, (theirs.samples, ours.samples), NO_LANDMARKS)
+    task = Task.of_surfaces(theirs, ours)
     task = task.reflected() if found.displaced.reflected else task
     turned = choose(task, mapped(task, found.back[0], found.images), FINE, control)[0]
     return refine_on_few(ReducedTask.entire(task), turned, control)

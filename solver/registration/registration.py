@@ -316,7 +316,7 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
     candidates often fit somewhat better than the right one did: what is opened is not compared.
     """
     glued = any(shape.mesh.genus > 0.0 for shape in (known.source, known.target))
-    score = known.confidence.measures.get("refined_score")
+    score = known.confidence.refined_score
     if score is None or not glued or known.confidence.is_sure or control.expired:
         return known
     least = score - _OPENED_MARGIN

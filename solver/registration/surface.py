@@ -54,8 +54,6 @@ class Samples:
         (S, m) mean curvature after diffusion for m times, without unit.
     reflection
         Whether the surface is reflected, so that cross products of tangents point inwards.
-    embedded
-        Embeddings computed so far, see :meth:`.Alignment.embed_target`.
     """
 
     vertices: IntArray
@@ -66,8 +64,14 @@ class Samples:
     tangents: FloatArray
     curvatures: FloatArray
     reflection: bool = False
-    embedded: dict[tuple[float, ...], RealArray] = field(default_factory=dict, repr=False)
-    _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
+    # Computed so far. Samples that replace these begin with none.
+    embedded: dict[tuple[float, ...], RealArray] = field(
+        default_factory=dict, init=False, repr=False
+    )
+    """Embeddings, see :meth:`.Alignment.embed_target`."""
+    _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -86,8 +90,6 @@ class Samples:
             eigenfunctions=self.eigenfunctions[:count],
             tangents=self.tangents[:, :count],
             curvatures=self.curvatures[:count],
-            embedded={},
-            _smoothed={},
         )
 
     def surface(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -137,8 +139,6 @@ class Samples:
             positions=self.positions * MIRROR,
             coefficients=self.coefficients * MIRROR,
             reflection=not self.reflection,
-            embedded={},
-            _smoothed={},
         )
 
 

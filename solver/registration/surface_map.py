@@ -53,6 +53,8 @@ class SurfaceMap:
         Whether the source is reflected in the plane x = 0, so that its winding is reversed.
     weights
         Of the embedding in which images are found.
+    embedded_target
+        (W, m) the target in it.
     """
 
     source: SmoothSurface
@@ -60,7 +62,8 @@ class SurfaceMap:
     functional_map: FunctionalMap
     positions: FloatArray
     reflected: bool
-    weights: Weights = LOCAL
+    weights: Weights
+    embedded_target: RealArray
 
     @classmethod
     def of(
@@ -75,7 +78,9 @@ class SurfaceMap:
         displacement = alignment.coefficients - source.coefficients[:k] @ turn
         functions = source.spectrum.eigenfunctions[:, :k]
         positions = source.mesh.vertices @ turn + functions @ displacement
-        return cls(source, target, alignment.functional_map, positions, reflected)
+        functional = alignment.functional_map
+        embedded = _embedded_target(target, LOCAL, functional.size)
+        return cls(source, target, functional, positions, reflected, LOCAL, embedded)
 
     def images(self, vertices: IntArray | None = None, start: IntArray | None = None) -> IntArray:
         """Nearest target vertices in the embedding, found by descent.
@@ -90,7 +95,7 @@ class SurfaceMap:
         if vertices is None and start is None:
             return self._images
         here = _rows(self._embedded, vertices)
-        return _nearest_vertices(here, self._target_embedded, self.target, start)
+        return _nearest_vertices(here, self.embedded_target, self.target, start)
 
     def on_triangles(
         self, images: IntArray, vertices: IntArray | None = None
@@ -105,7 +110,7 @@ class SurfaceMap:
             (S,) source vertices, by default all.
         """
         here = _rows(self._embedded, vertices)
-        return _on_triangles(here, self._target_embedded, self.target, images)
+        return _on_triangles(here, self.embedded_target, self.target, images)
 
     def inverse(self, vertices: IntArray | None = None) -> Images:
         """Nearest points of the displaced source to target vertices, in the same embedding.
@@ -121,11 +126,13 @@ class SurfaceMap:
         -------
         (S,) nearest source vertices, (S,) source triangles, and (S, 3) barycentric coordinates.
         """
-        # Begun with spectral coordinates, which tell apart what touches.
-        known = self._weighing(LOCAL)
-        there = _rows(known._target_embedded, vertices)
-        start = _nearest_vertices(there, known._embedded, self.source)
-        here, there = self._embedded, _rows(self._target_embedded, vertices)
+        here, there = self._embedded, _rows(self.embedded_target, vertices)
+        if self.weights is LOCAL:
+            start = _nearest_vertices(there, here, self.source)
+        else:
+            # Begun with spectral coordinates, which tell apart what touches.
+            spectral = _embedded_target(self.target, LOCAL, self.functional_map.size)
+            start = _nearest_vertices(_rows(spectral, vertices), self._embed(LOCAL), self.source)
         nearest = _nearest_vertices(there, here, self.source, start)
         return nearest, *_on_triangles(there, here, self.source, nearest)
 
@@ -137,7 +144,7 @@ class SurfaceMap:
         vertices
             (S,) target vertices.
         """
-        return _nearest_vertices(self._target_embedded[vertices], self._embedded, self.source)
+        return _nearest_vertices(self.embedded_target[vertices], self._embedded, self.source)
 
     def refined(
         self, rigid: RigidDisplacement, control: Control, rounds: int = ROUNDS
@@ -188,21 +195,16 @@ class SurfaceMap:
         positions
             (V, 3) vertices of the source.
         """
-        found = replace(self, positions=positions, weights=_WITHOUT_SPECTRUM)
-        if self.weights is _WITHOUT_SPECTRUM:
-            vars(found)["_target_embedded"] = self._target_embedded
-        return found
-
-    def _weighing(self, weights: Weights) -> "SurfaceMap":
-        if self.weights is weights:
-            return self
-        found = replace(self, weights=weights)
-        vars(found)["normals"] = self.normals
-        return found
+        embedded = self.embedded_target
+        if self.weights is not _WITHOUT_SPECTRUM:
+            embedded = _embedded_target(self.target, _WITHOUT_SPECTRUM, 0)
+        return replace(
+            self, positions=positions, weights=_WITHOUT_SPECTRUM, embedded_target=embedded
+        )
 
     @cached_property
     def _images(self) -> IntArray:
-        return _nearest_vertices(self._embedded, self._target_embedded, self.target)
+        return _nearest_vertices(self._embedded, self.embedded_target, self.target)
 
     @cached_property
     def normals(self) -> FloatArray:
@@ -212,17 +214,20 @@ class SurfaceMap:
 
     @cached_property
     def _embedded(self) -> RealArray:
-        if not self.weights.spectrum:
-            return embedding(self.positions, self.normals, self.weights)
-        images = self.functional_map.images(self.source.spectrum.eigenfunctions)
-        return embedding(self.positions, self.normals, self.weights, images)
+        return self._embed(self.weights)
 
-    @cached_property
-    def _target_embedded(self) -> RealArray:
-        target = self.target
-        k = self.functional_map.size if self.weights.spectrum else 0
-        functions = target.spectrum.eigenfunctions[:, :k]
-        return embedding(target.mesh.vertices, target.normals, self.weights, functions)
+    def _embed(self, weights: Weights) -> RealArray:
+        """(V, m) embedding of the displaced source."""
+        functions = None
+        if weights.spectrum:
+            functions = self.functional_map.images(self.source.spectrum.eigenfunctions)
+        return embedding(self.positions, self.normals, weights, functions)
+
+
+def _embedded_target(target: SmoothSurface, weights: Weights, size: int) -> RealArray:
+    """(W, m) embedding of a target with a number of spectral coordinates."""
+    functions = target.spectrum.eigenfunctions[:, :size]
+    return embedding(target.mesh.vertices, target.normals, weights, functions)
 
 
 def at_rest(source: SmoothSurface, reflected: bool = False) -> RigidDisplacement:

@@ -74,7 +74,7 @@ class PartSamples:
     functions: FloatArray
     surfaces: tuple[SmoothSurface, SmoothSurface]
     entire: bool = True
-    _curvatures: dict[float, FloatArray] = field(default_factory=dict, repr=False)
+    _curvatures: dict[float, FloatArray] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(

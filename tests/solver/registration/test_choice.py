@@ -184,7 +184,12 @@ def test_exchanged_eigenfunctions_are_matched_with_one_another(
     samples = surfaces[0].samples.first(50)
     order = np.arange(samples.size)
     order[[4, 5]] = 5, 4
-    exchanged = replace(samples, eigenfunctions=samples.eigenfunctions[:, order])
+    exchanged = replace(
+        samples,
+        eigenfunctions=samples.eigenfunctions[:, order],
+        coefficients=samples.coefficients[order],
+        tangents=samples.tangents[:, :, order],
+    )
     found = list(exchanged_pairs((samples, exchanged)))
     assert len(found) == 5 * 64
     itself = [one for one in found if (one.images == np.arange(50)).all()]

@@ -12,6 +12,7 @@ from solver.errors import Cancelled
 from solver.functional_maps import FunctionalMap
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration import reduction
+from solver.registration.alignment import Alignment
 from solver.registration.confidence import RIVAL
 from solver.registration.partial import PartMap, register_part
 from solver.registration.partial.cover import covered_by_part, covered_by_whole, largest_patch
@@ -162,7 +163,8 @@ def test_vertices_of_coarse_meshes_have_partners(flipped: bool) -> None:
     """A ball of 42 vertices covers one of 2,562, whose edges are a tenth as long; and back."""
     balls = [smooth_surface(Shape(icosphere(level))) for level in (4, 1)]
     whole, part = balls[::-1] if flipped else balls
-    known = SurfaceMap(whole, part, FunctionalMap(np.eye(1)), whole.mesh.vertices, reflected=False)
+    rest = Alignment(whole.coefficients[:1], FunctionalMap(np.eye(1)), np.eye(3))
+    known = SurfaceMap.of(whole, part, rest, reflected=False)
     known = known.moved(known.positions)
     images, back = known.images(), known.inverse()
     assert covered_by_part(known, images, back[0], 1.0).all()
