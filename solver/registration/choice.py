@@ -173,15 +173,17 @@ def missed(
     if not len(here):
         return 0.0
     functions = source.spectrum.eigenfunctions[here, : alignment.size]
-    places = functions @ alignment.coefficients
-    return float(np.linalg.norm(places - positions[there], axis=1).mean())
+    displaced = functions @ alignment.coefficients
+    return float(np.linalg.norm(displaced - positions[there], axis=1).mean())
 
 
-Start = Callable[[tuple[Samples, Samples]], Iterable[Pairs]]
+FirstPairs = Callable[[tuple[Samples, Samples]], Iterable[Pairs]]
 """First pairs of candidates, given S and M samples of X and Y."""
 
 
-def choose(task: Task, first: Start, stages: Sequence[Stage], control: Control) -> list[Candidate]:
+def choose(
+    task: Task, first: FirstPairs, stages: Sequence[Stage], control: Control
+) -> list[Candidate]:
     """Register candidates in stages, each of which keeps the best that differ.
 
     Parameters
@@ -217,8 +219,8 @@ def choose(task: Task, first: Start, stages: Sequence[Stage], control: Control) 
     return kept
 
 
-def again(candidates: Iterable[Candidate], weights: Weights) -> Start:
-    """Return the start of candidates that go on from where they are."""
+def again(candidates: Iterable[Candidate], weights: Weights) -> FirstPairs:
+    """Return the first pairs of candidates that go on from where they are."""
 
     def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         return (one.alignment.pairs(*samples, weights) for one in candidates)
@@ -226,8 +228,8 @@ def again(candidates: Iterable[Candidate], weights: Weights) -> Start:
     return pairs
 
 
-def mapped(task: Task, images: IntArray, back: IntArray) -> Start:
-    """Return the start of the candidate that maps of all vertices give.
+def mapped(task: Task, images: IntArray, back: IntArray) -> FirstPairs:
+    """Return the first pairs of the candidate that maps of all vertices give.
 
     Parameters
     ----------
@@ -290,21 +292,19 @@ def meeting(missed: Sequence[float]) -> list[bool]:
     return [one <= least + LANDMARK_TOLERANCE for one in missed]
 
 
-def distinct(
-    places: Iterable[FloatArray], most: int | None = None, same: float = SAME
-) -> list[int]:
+def distinct(maps: Iterable[FloatArray], most: int | None = None, same: float = SAME) -> list[int]:
     """Return which of several maps differ from all before them.
 
     Parameters
     ----------
-    places
-        (V, 3) images of the same V vertices by each map, at √area 1.
+    maps
+        (V, 3) images of the same V vertices by each, at √area 1.
     most
         How many to return at most; all by default.
     same
         Mean distance between the images of maps that are the same.
     """
-    every = list(places)
+    every = list(maps)
     kept = np.empty((len(every), *every[0].shape)) if every else np.empty(0)
     chosen: list[int] = []
     for number, here in enumerate(every):

@@ -36,13 +36,13 @@ class Compared:
         As it was registered.
     fit
         Of its refinement.
-    places
+    image_positions
         (V, 3) images of the few vertices of the source, at √area 1.
     """
 
     candidate: Candidate
     fit: RefinedFit
-    places: FloatArray
+    image_positions: FloatArray
 
 
 def compare(few: ReducedTask, candidates: Sequence[Candidate], control: Control) -> list[Compared]:
@@ -79,4 +79,4 @@ def best_compared(found: Sequence[Compared]) -> list[Compared]:
     """Return those that differ, the best first, of those that meet the landmarks as well as any."""
     met = meeting([one.candidate.missed for one in found])
     order = sorted(compress(found, met), key=lambda one: one.fit.score)
-    return [order[row] for row in distinct((one.places for one in order), _MOST_COMPARED)]
+    return [order[row] for row in distinct((one.image_positions for one in order), _MOST_COMPARED)]

@@ -92,19 +92,19 @@ def crossed_pairs(
     """
     source, target = samples
     embedded = [one.alignment.embed(source, target, _STAGE.weights) for one in candidates]
-    places = [target.positions[one.local.pairs.images] for one in candidates]
+    images = [target.positions[one.local.pairs.images] for one in candidates]
     fits = [one.local.densities for one in candidates]
     neighbours = neighbours_of(source)
     for first, second in uncrossed(candidates, crossed):
         worse = worse_by(fits[first], fits[second])
-        taken = takes_second(worse, neighbours, places[first], places[second])
+        taken = takes_second(worse, neighbours, images[first], images[second])
         if _FEW <= taken.mean() <= 1.0 - _FEW:
             ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
             yield Pairs(*mutual_nearest_points(ours, embedded[first][1]))
 
 
 def uncrossed(candidates: Sequence[Candidate], crossed: Crossed) -> Iterator[tuple[int, int]]:
-    """Yield places of the best candidates and of others that they are not crossed with yet.
+    """Yield indices of the best candidates and of others that they are not crossed with yet.
 
     Parameters
     ----------

@@ -99,15 +99,15 @@ class OpenedCandidate:
         ours, theirs = self.openings
         if self._images is None:
             self._images = self._untorn(control)
-        found: IntArray = theirs.vertices[self._images[ours.places[vertices]]]
+        found: IntArray = theirs.vertices[self._images[ours.index_of_vertex[vertices]]]
         return found
 
     def vertex_maps(self) -> VertexMaps:
         """Return the maps of all vertices of the whole shapes, before any refinement."""
         ours, theirs = self.openings
         return VertexMaps(
-            theirs.vertices[self._nearest[ours.places]],
-            ours.vertices[self._map.inverse()[0][theirs.places]],
+            theirs.vertices[self._nearest[ours.index_of_vertex]],
+            ours.vertices[self._map.inverse()[0][theirs.index_of_vertex]],
         )
 
     def refined(self, control: Control) -> tuple[Images, Images]:
@@ -186,7 +186,7 @@ class OpenedCandidate:
         except MeshError:
             return images
         ours, theirs = (reduction(one.shape, FEW_VERTICES) for one in self.openings)
-        return self._map.images(start=theirs.vertices[refined.images[ours.places]])
+        return self._map.images(start=theirs.vertices[refined.images[ours.index_of_vertex]])
 
 
 _Refined = tuple[OpenedCandidate, RefinedFit]
@@ -195,8 +195,8 @@ _Refined = tuple[OpenedCandidate, RefinedFit]
 
 def _of_whole(found: Images, here: Opening, there: Opening) -> Images:
     """Return images of what is left of a shape as those of the whole shape."""
-    (images, faces, barycentric), places = found, here.places
-    return there.vertices[images[places]], there.faces[faces[places]], barycentric[places]
+    (images, faces, barycentric), rows = found, here.index_of_vertex
+    return there.vertices[images[rows]], there.faces[faces[rows]], barycentric[rows]
 
 
 def search_opened(
@@ -318,7 +318,7 @@ def _reopened(source: Shape, target: Shape, maps: VertexMaps, control: Control) 
     """Open both surfaces where the maps of a candidate tear them, and align it once more."""
     ours, theirs = maps.openings(source, target)
     task = Task.of(ours.shape, theirs.shape)
-    images = theirs.places[maps.images[ours.vertices]]
-    back = ours.places[maps.back[theirs.vertices]]
+    images = theirs.index_of_vertex[maps.images[ours.vertices]]
+    back = ours.index_of_vertex[maps.back[theirs.vertices]]
     found = choose(task, mapped(task, images, back), _STAGES, control)[0]
     return OpenedCandidate((ours, theirs), found)

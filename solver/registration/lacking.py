@@ -14,7 +14,7 @@ from solver.registration.glued import OpenedCandidate
 from solver.registration.opening import Opening
 from solver.registration.reduction import FEW_VERTICES, ReducedTask, reduction
 from solver.registration.refinement import RefinedCandidate, refine_on_few
-from solver.registration.surface_map import places
+from solver.registration.surface_map import points_in_triangles
 from solver.shape import Shape
 
 RETURN_DISTANCE = 0.03
@@ -75,7 +75,7 @@ def share_lacking(
     surface, target = found.displaced.source, found.displaced.target
     forward, back = found.forward[1:], found.back[1:]
     positions = surface.mesh.vertices
-    returned = places(places(positions, surface, *back), target, *forward)
+    returned = points_in_triangles(points_in_triangles(positions, surface, *back), target, *forward)
     far = np.linalg.norm(returned - positions, axis=1) >= RETURN_DISTANCE
     beyond = ~here & ~inside(target.mesh, there, *forward)
     return surface.share_of_area(far | beyond)

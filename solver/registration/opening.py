@@ -69,16 +69,16 @@ class Opening:
         What is left of the whole shape.
     vertices
         (K,) its vertices, in the numbers of the whole shape.
-    places
-        (V,) place of each vertex of the whole shape among these; of one that is left out, the place
-        of the nearest in space.
+    index_of_vertex
+        (V,) index of each vertex of the whole shape among these; of one that is left out, that of
+        the nearest in space.
     faces
         (F,) its triangles, in the numbers of the whole shape.
     """
 
     shape: Shape
     vertices: IntArray
-    places: IntArray
+    index_of_vertex: IntArray
     faces: IntArray
 
     @classmethod
@@ -113,11 +113,11 @@ class Opening:
             faces = faces[share[component] >= _LEAST_PART]
             vertices, corners = _compact(whole.faces[faces])
             kept = _part(whole, vertices, corners)
-        places = np.full(whole.n_vertices, -1)
-        places[vertices] = np.arange(len(vertices))
-        left_out = np.flatnonzero(places < 0)
-        places[left_out] = KDTree(kept.vertices).query(whole.vertices[left_out])[1]
-        return cls(shape.with_mesh(kept), vertices, places, faces)
+        index = np.full(whole.n_vertices, -1)
+        index[vertices] = np.arange(len(vertices))
+        left_out = np.flatnonzero(index < 0)
+        index[left_out] = KDTree(kept.vertices).query(whole.vertices[left_out])[1]
+        return cls(shape.with_mesh(kept), vertices, index, faces)
 
 
 def _part(whole: TriangleMesh, vertices: IntArray, corners: IntArray) -> TriangleMesh:
@@ -126,7 +126,7 @@ def _part(whole: TriangleMesh, vertices: IntArray, corners: IntArray) -> Triangl
 
 
 def _compact(faces: IntArray) -> tuple[IntArray, IntArray]:
-    """(K,) the vertices of some faces, and (F, 3) the faces in places among these."""
+    """(K,) the vertices of some faces, and (F, 3) the faces as indices of these."""
     vertices, corners = np.unique(faces, return_inverse=True)
     return vertices, corners.reshape(-1, 3)
 
@@ -186,8 +186,8 @@ def torn_off(mesh: TriangleMesh, images: FloatArray) -> BoolArray:
         As for :func:`tears`.
     """
     before, after = (
-        np.linalg.norm(np.diff(places[mesh.edges], axis=1)[:, 0], axis=1)
-        for places in (mesh.vertices, images)
+        np.linalg.norm(np.diff(positions[mesh.edges], axis=1)[:, 0], axis=1)
+        for positions in (mesh.vertices, images)
     )
     piece = components_of(mesh.edges[after <= before + _CUT], mesh.n_vertices)
     size = np.bincount(piece)[piece]

@@ -41,13 +41,13 @@ class Reduction:
         The simplified shape; one of few vertices itself.
     vertices
         (K,) its vertices, in the numbers of the whole shape.
-    places
-        (V,) place among these of the vertex that each vertex of the whole shape was collapsed into.
+    index_of_vertex
+        (V,) index among these of the vertex that each vertex of the whole shape was collapsed into.
     """
 
     shape: Shape
     vertices: IntArray
-    places: IntArray
+    index_of_vertex: IntArray
 
     @classmethod
     def of(cls, shape: Shape, left: int) -> "Reduction":
@@ -56,12 +56,12 @@ class Reduction:
         if shape.n_vertices <= _SPARED * left:
             return cls(shape, every, every)
         mesh = simplified(whole, left)
-        vertices, places = (
+        vertices, index = (
             one.vertices_of(other.vertex_ids) for one, other in ((whole, mesh), (mesh, whole))
         )
-        lost = np.flatnonzero(places < 0)
-        places[lost] = KDTree(mesh.vertices).query(whole.vertices[lost])[1]
-        return cls(shape.with_mesh(mesh), vertices, places)
+        lost = np.flatnonzero(index < 0)
+        index[lost] = KDTree(mesh.vertices).query(whole.vertices[lost])[1]
+        return cls(shape.with_mesh(mesh), vertices, index)
 
 
 _REDUCTIONS: "WeakKeyDictionary[Shape, dict[int, Reduction]]" = WeakKeyDictionary()
@@ -143,7 +143,7 @@ class ReducedTask:
 
 def reduced_landmarks(source: Reduction, target: Reduction, landmarks: Points) -> Points:
     """Return landmarks of whole shapes on reduced ones, where several may become one."""
-    here, there = source.places[landmarks[0]], target.places[landmarks[1]]
+    here, there = source.index_of_vertex[landmarks[0]], target.index_of_vertex[landmarks[1]]
     first, other = (np.unique(one, return_index=True)[1] for one in (here, there))
     kept = np.intersect1d(first, other)
     return here[kept], there[kept]
@@ -152,12 +152,14 @@ def reduced_landmarks(source: Reduction, target: Reduction, landmarks: Points) -
 def whole_maps(maps: VertexMaps, source: Reduction, target: Reduction) -> VertexMaps:
     """Return the maps of all vertices of the whole shapes that maps of the reduced ones give."""
     return VertexMaps(
-        target.vertices[maps.images[source.places]], source.vertices[maps.back[target.places]]
+        target.vertices[maps.images[source.index_of_vertex]],
+        source.vertices[maps.back[target.index_of_vertex]],
     )
 
 
 def reduced_maps(maps: VertexMaps, source: Reduction, target: Reduction) -> VertexMaps:
     """Return the maps of the vertices of reduced shapes that maps of the whole ones give."""
     return VertexMaps(
-        target.places[maps.images[source.vertices]], source.places[maps.back[target.vertices]]
+        target.index_of_vertex[maps.images[source.vertices]],
+        source.index_of_vertex[maps.back[target.vertices]],
     )

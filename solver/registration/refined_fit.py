@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.registration.fit import logarithms
-from solver.registration.surface_map import Images, SurfaceMap, places
+from solver.registration.surface_map import Images, SurfaceMap, points_in_triangles
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ def distances(
     )
     ours, theirs = known.positions, target.mesh.vertices
     apart = (
-        places(theirs, target, *forward[1:]) - ours[here],
-        places(ours, source, *back[1:]) - theirs[there],
+        points_in_triangles(theirs, target, *forward[1:]) - ours[here],
+        points_in_triangles(ours, source, *back[1:]) - theirs[there],
     )
     turned = (
         target.normals[forward[0]] - known.normals[here],

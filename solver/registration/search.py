@@ -14,7 +14,7 @@ from solver.registration.choice import (
     COARSE,
     FINE,
     Candidate,
-    Start,
+    FirstPairs,
     Task,
     again,
     choose,
@@ -294,7 +294,7 @@ class _FurtherSearch:
         return refined_confidence(self.known, best[0].fit, margin).probability >= SURE
 
 
-def _variations(candidates: Sequence[Candidate]) -> Start:
+def _variations(candidates: Sequence[Candidate]) -> FirstPairs:
     alignments = [one.alignment for one in candidates]
     return lambda samples: varied_pairs(samples, alignments)
 

@@ -107,13 +107,13 @@ def displaced_in_space(known: SurfaceMap, *, to_part: bool = False) -> SurfaceMa
     """
     here, there = known.source.samples.vertices, known.target.samples.vertices
     rest = known.source.mesh.vertices * (MIRROR if known.reflected else np.ones(3))
-    places, normals = known.target.mesh.vertices, known.target.normals
+    positions, normals = known.target.mesh.vertices, known.target.normals
     found = known.moved(known.positions)
     for width in _WIDTHS:
         points, goals = found.nearest(there), there
         if not to_part:
             points, goals = np.append(here, points), np.append(found.images(here), goals)
-        pairs = rest[points], places[goals], normals[goals]
+        pairs = rest[points], positions[goals], normals[goals]
         displacement = SpatialDisplacement.fit(*pairs, rest[here[:_CENTRES]], width)
         found = found.moved(displacement.positions(rest))
     return found

@@ -171,21 +171,23 @@ class SurfaceMap:
         """
         current, ahead, images = self, self, self.images()
         for _ in control.in_time(range(rounds)):
-            positions = rigid.step(ahead.positions, ahead.places(images))
+            positions = rigid.step(ahead.positions, ahead.image_positions(images))
             further = positions + _MOMENTUM * (positions - current.positions)
             current, ahead = ahead.moved(positions), ahead.moved(further)
             images = ahead.images(start=images)
         return current, current.images(start=images)
 
-    def places(self, images: IntArray) -> FloatArray:
-        """(V, 3) places of the images of all vertices, between vertices of the target.
+    def image_positions(self, images: IntArray) -> FloatArray:
+        """(V, 3) positions of the images of all vertices, between vertices of the target.
 
         Parameters
         ----------
         images
             (V,) nearest target vertices.
         """
-        return places(self.target.mesh.vertices, self.target, *self.on_triangles(images))
+        return points_in_triangles(
+            self.target.mesh.vertices, self.target, *self.on_triangles(images)
+        )
 
     def moved(self, positions: FloatArray) -> "SurfaceMap":
         """Return the map of a further displaced source, embedded without spectral coordinates.
@@ -249,10 +251,10 @@ def at_rest(source: SmoothSurface, reflected: bool = False) -> RigidDisplacement
     return rigid.resting_at(source.mesh.vertices * MIRROR) if reflected else rigid
 
 
-def places(
+def points_in_triangles(
     positions: FloatArray, surface: SmoothSurface, faces: IntArray, barycentric: FloatArray
 ) -> FloatArray:
-    """(N, 3) places of points in triangles, from the positions of the vertices.
+    """(N, 3) positions of points in triangles, from the positions of the vertices.
 
     Parameters
     ----------

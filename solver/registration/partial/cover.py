@@ -6,7 +6,7 @@ from solver.arrays import BoolArray, IntArray
 from solver.mesh import components_of
 from solver.registration.lacking import RETURN_DISTANCE, inside
 from solver.registration.surface import SmoothSurface
-from solver.registration.surface_map import Images, SurfaceMap, places
+from solver.registration.surface_map import Images, SurfaceMap, points_in_triangles
 
 _APART = 0.015
 """Distance over √area of the whole within which partners meet, once displaced, of surfaces that
@@ -44,7 +44,7 @@ def covered_by_overlap(
     known, images, back, scale
         As for :func:`covered_by_part`.
     """
-    there = known.places(images)
+    there = known.image_positions(images)
     met = np.linalg.norm(there - known.positions, axis=1) < _APART * scale
     return largest_patch(known.source, covered_by_part(known, images, back, scale) & met)
 
@@ -62,7 +62,7 @@ def covered_by_whole(known: SurfaceMap, images: IntArray, back: Images, scale: f
     vertices, faces, barycentric = back
     positions = known.target.mesh.vertices
     around = np.linalg.norm(positions - positions[images[vertices]], axis=1)
-    there = places(known.positions, known.source, faces, barycentric)
+    there = points_in_triangles(known.positions, known.source, faces, barycentric)
     apart = np.linalg.norm(there - positions, axis=1)
     near = (around < _near(known, scale) * scale) & (apart < _APART * scale)
     whole = known.source.mesh

@@ -23,7 +23,7 @@ from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
 from solver.registration.surface import SmoothSurface, smooth_surface
-from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest, places
+from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest, points_in_triangles
 from solver.shape import Shape
 
 
@@ -136,7 +136,7 @@ class RefinedPart:
         if not met.any():
             return RefinedPartFit.of_nothing()
         vertices, faces, barycentric = self.back
-        there = places(self.displaced.positions, whole, faces[met], barycentric[met])
+        there = points_in_triangles(self.displaced.positions, whole, faces[met], barycentric[met])
         cosines = (self.displaced.normals[vertices[met]] * part.normals[met]).sum(axis=1)
         share = mean_share(self.share, self.part_share, self.scale)
         return RefinedPartFit(
@@ -215,7 +215,9 @@ class RefinedPart:
             Through `control`.
         """
         whole, part = self.displaced.source, self.displaced.target.mesh
-        off = torn_off(part, self.scale * places(whole.mesh.vertices, whole, *self.back[1:]))
+        off = torn_off(
+            part, self.scale * points_in_triangles(whole.mesh.vertices, whole, *self.back[1:])
+        )
         kept = self.covered & ~off[self.images]
         if off.mean() < LEAST_TORN_OFF or not kept.any() or control.expired:
             return self

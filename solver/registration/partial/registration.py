@@ -205,10 +205,10 @@ def _as_wholes(refined: list[MeasuredPart], wholly: Points) -> list[MeasuredPart
     here, there = wholly
     if not len(here):
         return refined
-    places = refined[0].part.displaced.target.mesh.vertices
+    positions = refined[0].part.displaced.target.mesh.vertices
 
     def agrees(one: MeasuredPart) -> bool:
-        away = np.linalg.norm(places[one.part.images[here]] - places[there], axis=1)
+        away = np.linalg.norm(positions[one.part.images[here]] - positions[there], axis=1)
         return bool(away.mean() < SAME_OVERLAP)
 
     best, *others = refined

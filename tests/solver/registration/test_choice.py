@@ -22,7 +22,7 @@ from solver.registration.choice import (
     COARSE,
     FINE,
     Candidate,
-    Start,
+    FirstPairs,
     Task,
     choose,
     distinct,
@@ -61,7 +61,9 @@ def task_of(
     return Task(*surfaces, (surfaces[0].samples, surfaces[1].samples), landmarks)
 
 
-def starting_at(surfaces: tuple[SmoothSurface, SmoothSurface], hypotheses: list[Points]) -> Start:
+def starting_at(
+    surfaces: tuple[SmoothSurface, SmoothSurface], hypotheses: list[Points]
+) -> FirstPairs:
     return lambda samples: [pairs_from_points(surfaces, samples, points) for points in hypotheses]
 
 

@@ -31,7 +31,7 @@ def test_those_that_fit_best_come_first_and_differ(blob: Shape, found: list[Cand
     assert chosen[0].candidate is found[0]
     for number, one in enumerate(chosen):
         for other in chosen[:number]:
-            assert np.linalg.norm(one.places - other.places, axis=1).mean() > SAME
+            assert np.linalg.norm(one.image_positions - other.image_positions, axis=1).mean() > SAME
 
 
 def test_those_that_miss_the_landmarks_are_not_chosen(blob: Shape, found: list[Candidate]) -> None:

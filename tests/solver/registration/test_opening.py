@@ -96,10 +96,10 @@ def test_vertices_that_are_left_keep_their_places_and_others_take_the_nearest() 
     out = (shape.mesh.vertices[shape.mesh.faces, 0] > 1.4).any(axis=1)
     opening = Opening.at(shape, out)
     kept = opening.vertices
-    np.testing.assert_array_equal(opening.places[kept], np.arange(len(kept)))
+    np.testing.assert_array_equal(opening.index_of_vertex[kept], np.arange(len(kept)))
     gone = np.setdiff1d(np.arange(shape.n_vertices), kept)
     assert len(gone)
-    apart = shape.mesh.vertices[kept[opening.places[gone]]] - shape.mesh.vertices[gone]
+    apart = shape.mesh.vertices[kept[opening.index_of_vertex[gone]]] - shape.mesh.vertices[gone]
     np.testing.assert_allclose(apart[:, 1], 0.0, atol=1e-12)
     np.testing.assert_array_equal(opening.vertices[opening.shape.mesh.faces].max(), kept.max())
 
@@ -118,7 +118,7 @@ def test_nothing_is_taken_out_of_a_whole_shape() -> None:
         assert opening.shape is shape
         every = np.arange(shape.n_vertices)
         np.testing.assert_array_equal(opening.vertices, every)
-        np.testing.assert_array_equal(opening.places, every)
+        np.testing.assert_array_equal(opening.index_of_vertex, every)
         np.testing.assert_array_equal(opening.faces, np.arange(shape.mesh.n_faces))
 
 

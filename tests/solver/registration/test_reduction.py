@@ -26,15 +26,15 @@ def test_a_shape_of_few_vertices_is_its_own_reduction(blob: Shape) -> None:
     whole = Reduction.of(blob, 500)
     assert whole.shape is blob
     np.testing.assert_array_equal(whole.vertices, np.arange(blob.n_vertices))
-    np.testing.assert_array_equal(whole.places, np.arange(blob.n_vertices))
+    np.testing.assert_array_equal(whole.index_of_vertex, np.arange(blob.n_vertices))
 
 
 def test_vertices_keep_their_places(blob: Shape, reduced: Reduction) -> None:
     positions, fewer = blob.mesh.vertices, reduced.shape.mesh.vertices
     assert len(fewer) == LEFT < blob.n_vertices
     np.testing.assert_array_equal(positions[reduced.vertices], fewer)
-    np.testing.assert_array_equal(reduced.places[reduced.vertices], np.arange(LEFT))
-    apart = np.linalg.norm(positions - fewer[reduced.places], axis=1)
+    np.testing.assert_array_equal(reduced.index_of_vertex[reduced.vertices], np.arange(LEFT))
+    apart = np.linalg.norm(positions - fewer[reduced.index_of_vertex], axis=1)
     assert apart.max() < 0.2 * np.sqrt(blob.mesh.area)
 
 
@@ -44,23 +44,23 @@ def test_numbers_are_those_of_the_mesh_not_of_the_file(blob: Shape, reduced: Red
     whole = Shape(triangle_mesh(vertices, blob.mesh.faces + 7))
     again = Reduction.of(whole, LEFT)
     np.testing.assert_array_equal(again.vertices, reduced.vertices)
-    np.testing.assert_array_equal(again.places, reduced.places)
+    np.testing.assert_array_equal(again.index_of_vertex, reduced.index_of_vertex)
 
 
 def test_maps_of_reduced_shapes_are_maps_of_all_vertices(blob: Shape, reduced: Reduction) -> None:
     every = np.arange(len(reduced.vertices))
     maps = whole_maps(VertexMaps(every, every[::-1]), reduced, reduced)
-    np.testing.assert_array_equal(maps.images, reduced.vertices[reduced.places])
-    np.testing.assert_array_equal(maps.back, reduced.vertices[::-1][reduced.places])
+    np.testing.assert_array_equal(maps.images, reduced.vertices[reduced.index_of_vertex])
+    np.testing.assert_array_equal(maps.back, reduced.vertices[::-1][reduced.index_of_vertex])
 
 
 def test_landmarks_that_become_one_are_one(blob: Shape, reduced: Reduction) -> None:
     collapsed = int(np.setdiff1d(np.arange(blob.n_vertices), reduced.vertices)[0])
-    same = int(reduced.vertices[reduced.places[collapsed]])
+    same = int(reduced.vertices[reduced.index_of_vertex[collapsed]])
     entire = Reduction(blob, np.arange(blob.n_vertices), np.arange(blob.n_vertices))
     landmarks = np.array([7, collapsed, same]), np.array([1, 2, 3])
     here, there = reduced_landmarks(reduced, entire, landmarks)
-    np.testing.assert_array_equal(here, reduced.places[[7, collapsed]])
+    np.testing.assert_array_equal(here, reduced.index_of_vertex[[7, collapsed]])
     np.testing.assert_array_equal(there, [1, 2])
     for one, given in zip(reduced_landmarks(entire, entire, landmarks), landmarks, strict=True):
         np.testing.assert_array_equal(one, given)

@@ -57,7 +57,7 @@ def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]
     assert found.confidence.reasons == (RIVAL,)
     assert len(found.candidates) >= 4
     compared = compare(ReducedTask.entire(task), found.candidates, Control())
-    for one, other in combinations((one.places for one in compared), 2):
+    for one, other in combinations((one.image_positions for one in compared), 2):
         assert np.linalg.norm(one - other, axis=1).mean() > SAME
 
 
