@@ -8,7 +8,7 @@ from solver.arrays import BoolArray, FloatArray
 
 PROBABLY_RIGHT = 0.5
 """Probability from which on an answer is more probably right than not, and called sure by tables;
-below, it is called doubtful. The solver's :data:`solver.registration.SURE` is stricter."""
+below, it is called doubtful. Stricter is :data:`solver.registration.confidence.SURE`."""
 
 BINS = 5
 """Bins of equal width of the reliability table."""

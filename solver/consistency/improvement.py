@@ -17,10 +17,14 @@ from solver.arrays import IntArray
 from solver.consistency.maps import CollectionMaps, CycleErrors, Pair, cycle_errors
 from solver.consistency.paths import probable_paths
 from solver.control import Control
-from solver.registration import Confidence, DenseCorrespondence, Registration
-from solver.registration.choice import FINE, Candidate, Task, choose, mapped, ranked
-from solver.registration.confidence import RIGHT_ERROR, SURE, confidence_of
-from solver.registration.surface import smooth_surface
+from solver.registration import (
+    RIGHT_ERROR,
+    Confidence,
+    DenseCorrespondence,
+    Registration,
+    register_map,
+    smooth_surface,
+)
 from solver.shape import Shape
 
 ROUNDS: Final = 2
@@ -171,26 +175,19 @@ def _better(
 ) -> ImprovedMap | None:
     """Return the best composition, registered; None if the direct map is better, or the same."""
     source, target = (shapes[place] for place in pair)
-    task = Task.of(source, target)
 
-    def registered(path: Sequence[int]) -> Candidate:
-        start = mapped(task, maps.along(path), maps.along(path[::-1]))
-        return choose(task, start, FINE[-1:], control)[0]
+    def registered(path: Sequence[int]) -> Registration:
+        return register_map(source, target, maps.along(path), maps.along(path[::-1]), control)
 
     direct = registered(pair)
     found = [(probability, path, registered(path)) for probability, path in paths]
-    probability, path, chosen = min(found, key=lambda one: one[2].fit.score - np.log(one[0]))
-    known = direct.fit.score - np.log(max(maps.probabilities[pair], _LEAST_PROBABILITY))
-    same = len(ranked([chosen, direct], task.positions)) == 1
-    if same or chosen.fit.score - np.log(probability) >= known:
+    probability, path, chosen = min(found, key=lambda one: one[2].score - np.log(one[0]))
+    known = direct.score - np.log(max(maps.probabilities[pair], _LEAST_PROBABILITY))
+    if not chosen.differs_from(direct) or chosen.score - np.log(probability) >= known:
         return None
-    alone = confidence_of(chosen.fit, abs(direct.fit.score - chosen.fit.score))
     # It is right if all maps of the path are.
-    surest = max(alone.probability, probability)
-    reasons = alone.reasons if surest < SURE else ()
-    confidence = replace(alone, probability=surest, reasons=reasons)
-    dense = Registration.of(source, target, chosen, confidence).dense(control)
-    return ImprovedMap(path, dense, confidence, chosen.fit.score, direct.fit.score)
+    confidence = chosen.among(direct).confidence.at_least(probability)
+    return ImprovedMap(path, chosen.dense(control), confidence, chosen.score, direct.score)
 
 
 def _updated(

@@ -16,11 +16,16 @@ from solver.matching.options import BOTH, SOURCE, TARGET, MatchOptions
 from solver.matching.part import KnownPart, find_part, match_part
 from solver.matching.result import Match
 from solver.matching.whole import match_whole
-from solver.registration import STAGE, Registration, first_registration
-from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.confidence import EXACT, RIGHT_ERROR
+from solver.registration import (
+    NO_LANDMARKS,
+    RIGHT_ERROR,
+    STAGE,
+    Points,
+    Registration,
+    first_registration,
+    smooth_surface,
+)
 from solver.registration.partial import are_cut_across
-from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
 _BOUNDARY = 0.5
@@ -124,7 +129,7 @@ def _match_possible_overlap(
     """
     wholly, last = (control.between(*ends) for ends in _OVERLAP_PROGRESS)
     found, registration = match_whole(source, target, options, wholly)
-    if registration is None or registration.score < EXACT:
+    if registration is None or registration.is_exact:
         return found
     vertices = smooth_surface(source).samples.vertices[:_BEGUN]
     points = vertices, registration.images(vertices, last)

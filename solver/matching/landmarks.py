@@ -5,7 +5,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh
-from solver.registration.confidence import RIGHT_ERROR
+from solver.registration import RIGHT_ERROR
 
 
 def landmark_vertices(

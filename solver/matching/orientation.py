@@ -23,8 +23,7 @@ from solver.matching.options import MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, solved_level
 from solver.matching.sampling import common_size, sample
-from solver.registration import STAGE, Points, Registration, register
-from solver.registration.confidence import RIGHT_ERROR
+from solver.registration import RIGHT_ERROR, STAGE, Points, Registration, register
 from solver.shape import Shape
 
 _COARSE_SOLUTIONS = 32

@@ -23,8 +23,7 @@ from solver.matching.result import Match, Overlap
 from solver.matching.sampling import too_few
 from solver.matching.stages import Stages
 from solver.matching.structures import build_level
-from solver.registration import STAGE
-from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration import NO_LANDMARKS, STAGE, Points
 from solver.registration.partial import (
     OF_OVERLAP,
     OF_PART,

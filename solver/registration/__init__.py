@@ -3,21 +3,25 @@
 :func:`register` registers a source to a target, with a confidence.
 """
 
-from solver.registration.candidates import Points
-from solver.registration.confidence import SURE, Confidence
+from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.confidence import RIGHT_ERROR, Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence
-from solver.registration.registration import Registration, first_registration, register
+from solver.registration.pairwise import first_registration, register, register_map
+from solver.registration.registration import Registration
 from solver.registration.search import STAGE
-from solver.registration.surface import EIGENPAIRS
+from solver.registration.surface import EIGENPAIRS, smooth_surface
 
 __all__ = [
     "EIGENPAIRS",
+    "NO_LANDMARKS",
+    "RIGHT_ERROR",
     "STAGE",
-    "SURE",
     "Confidence",
     "DenseCorrespondence",
     "Points",
     "Registration",
     "first_registration",
     "register",
+    "register_map",
+    "smooth_surface",
 ]

@@ -130,6 +130,18 @@ class Confidence:
         equal = probability_of({}, {}, _CHOICE_INTERCEPT)
         return replace(self, probability=min(self.probability, equal), reasons=reasons)
 
+    def at_least(self, probability: float) -> "Confidence":
+        """Return the confidence in an answer that is right with a probability by other evidence.
+
+        Parameters
+        ----------
+        probability
+            By the other evidence alone; the greater one counts.
+        """
+        surest = max(self.probability, probability)
+        reasons = self.reasons if surest < SURE else ()
+        return replace(self, probability=surest, reasons=reasons)
+
     def of_reflection(self) -> "Confidence":
         """Return the confidence in an answer of the reflected source.
 

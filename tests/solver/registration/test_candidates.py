@@ -7,7 +7,7 @@ from skimage.measure import marching_cubes
 from solver.control import Control
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration.candidates import first_pairs
-from solver.registration.registration import register
+from solver.registration.pairwise import register
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
 

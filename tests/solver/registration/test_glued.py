@@ -13,9 +13,10 @@ from solver.registration.choice import Task
 from solver.registration.confidence import OPENED, Confidence
 from solver.registration.glued import OpenedCandidate, search_opened
 from solver.registration.opening import Crease, VertexMaps
+from solver.registration.pairwise import register
 from solver.registration.reduction import ReducedTask
 from solver.registration.refinement import refine_on_few
-from solver.registration.registration import Registration, register
+from solver.registration.registration import Registration
 from solver.shape import Shape
 from synthetic import Transformed, glued, human, near_in_space
 from tests.solver import shapes
