@@ -73,22 +73,15 @@ class PartSamples:
     normals: FloatArray
     functions: FloatArray
     surfaces: tuple[SmoothSurface, SmoothSurface]
-    entire: bool = True
+    entire: bool
     _curvatures: dict[float, FloatArray] = field(default_factory=dict, init=False, repr=False)
-
-    @classmethod
-    def of(
-        cls, surfaces: tuple[SmoothSurface, SmoothSurface], count: int, entire: bool = True
-    ) -> "PartSamples":
-        """Return the first samples of the part, which is of unit area."""
-        return cls.at(surfaces, surfaces[1].samples.vertices[:count], entire)
 
     @classmethod
     def at(
         cls,
         surfaces: tuple[SmoothSurface, SmoothSurface],
         vertices: IntArray,
-        entire: bool = True,
+        entire: bool,
     ) -> "PartSamples":
         """Return chosen vertices of the part as samples."""
         part = surfaces[1]

@@ -117,8 +117,9 @@ class Partiality:
         self, surfaces: tuple[SmoothSurface, SmoothSurface], stage: PartStage
     ) -> tuple[Samples, PartSamples]:
         """Samples of a stage, of the whole and the part."""
-        whole = surfaces[0].samples.first(stage.whole_samples)
-        return whole, PartSamples.of(surfaces, stage.part_samples, self.entire)
+        whole, part = (one.samples for one in surfaces)
+        vertices = part.vertices[: stage.part_samples]
+        return whole.first(stage.whole_samples), PartSamples.at(surfaces, vertices, self.entire)
 
 
 FINEST = PartStage(750, 800, (60, 70, 85), 8)
