@@ -23,26 +23,32 @@ LEAST = 1e-6
 """Least measure whose logarithm is taken: those of equal surfaces are rounding errors."""
 
 
-def logarithms(**measures: float | tuple[float, ...] | None) -> dict[str, float]:
-    """Logarithms of the measures of a fit, by name: their sum is its score.
+@dataclass(frozen=True)
+class Measures:
+    """Measures of a fit: fields that are positive, or 0 where surfaces are equal."""
 
-    Parameters
-    ----------
-    measures
-        Positive, or 0 where surfaces are equal. Those of several diffusion times are numbered, and
-        what is ``None`` was not measured.
-    """
-    known: dict[str, float] = {}
-    for name, one in measures.items():
-        if isinstance(one, tuple):
-            known |= {f"{name}_{number}": value for number, value in enumerate(one)}
-        elif one is not None:
-            known[name] = one
-    return {name: float(np.log(max(one, LEAST))) for name, one in known.items()}
+    @property
+    def measures(self) -> dict[str, float]:
+        """Logarithms of the measures, by name; those of several diffusion times are numbered.
+
+        What is ``None`` was not measured, and the share that is met is no measure.
+        """
+        known: dict[str, float] = {}
+        for name, one in vars(self).items():
+            if isinstance(one, tuple):
+                known |= {f"{name}_{number}": value for number, value in enumerate(one)}
+            elif one is not None and name != "share":
+                known[name] = one
+        return {name: float(np.log(max(one, LEAST))) for name, one in known.items()}
+
+    @property
+    def score(self) -> float:
+        """Sum of the logarithms of the measures; the less, the better."""
+        return sum(self.measures.values())
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Measures):
     """Measures of a registered source and its target, each 0 for equal surfaces.
 
     All are of first order in what differs.
@@ -74,18 +80,6 @@ class Fit:
     stretched: float
     bent: tuple[float, ...]
     distorted: float | None = None
-
-    @property
-    def measures(self) -> dict[str, float]:
-        """Logarithms of the measures, by name."""
-        return logarithms(
-            apart=self.apart,
-            turned=self.turned,
-            sheared=self.sheared,
-            stretched=self.stretched,
-            bent=self.bent,
-            distorted=self.distorted,
-        )
 
     @property
     def score(self) -> float:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.registration.fit import logarithms
+from solver.registration.fit import Measures
 from solver.registration.surface_map import Images, SurfaceMap, points_in_triangles
 
 
 @dataclass(frozen=True)
-class RefinedFit:
+class RefinedFit(Measures):
     """Measures of a source displaced to a target as rigidly as possible, each 0 for an exact copy.
 
     Means over both surfaces are geometric means of those over either.
@@ -29,16 +29,6 @@ class RefinedFit:
     apart: float
     turned: float
     strained: float
-
-    @property
-    def measures(self) -> dict[str, float]:
-        """Logarithms of the measures, by name."""
-        return logarithms(apart=self.apart, turned=self.turned, strained=self.strained)
-
-    @property
-    def score(self) -> float:
-        """Sum of the logarithms of the measures; the less, the better."""
-        return sum(self.measures.values())
 
 
 def distances(

@@ -4,14 +4,13 @@ Where surfaces only overlap, the fit of a small patch is always good: what has n
 with the score of an occlusion. Of a part, every point has a partner, and nothing is charged.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.registration.alignment import Alignment
-from solver.registration.fit import logarithms, strain
+from solver.registration.fit import Measures, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
     WEIGHTS,
@@ -38,7 +37,7 @@ is right and the other far off, all are told apart by -7.6 to -5.5, and seven by
 
 
 @dataclass(frozen=True)
-class PartFit:
+class PartFit(Measures):
     """Measures of a displaced whole and a part, each 0 where the part was cut out of the whole.
 
     Parameters
@@ -64,20 +63,9 @@ class PartFit:
     share: float = 1.0
 
     @property
-    def measures(self) -> dict[str, float]:
-        """Logarithms of the measures, by name."""
-        return logarithms(
-            apart=self.apart,
-            turned=self.turned,
-            sheared=self.sheared,
-            stretched=self.stretched,
-            bent=self.bent,
-        )
-
-    @property
     def score(self) -> float:
         """Sum of the logarithms of the measures, where something is met; the less, the better."""
-        return _with_occlusion(self.measures, self.share, _OCCLUSION)
+        return _with_occlusion(super().score, self.share, _OCCLUSION)
 
 
 def measure_part_fit(
@@ -129,9 +117,9 @@ def _bent(whole: Samples, part: PartSamples, scale: float, back: IntArray) -> Fl
     return np.abs(there[back] - here)
 
 
-def _with_occlusion(measures: Mapping[str, float], share: float, occlusion: float) -> float:
+def _with_occlusion(score: float, share: float, occlusion: float) -> float:
     """Mean score over the area: what has no partner has the score of the occlusion."""
-    return share * sum(measures.values()) + (1.0 - share) * occlusion
+    return share * score + (1.0 - share) * occlusion
 
 
 def mean_share(whole: float, part: float, scale: float) -> float:
@@ -156,7 +144,7 @@ def scale_of(whole: Samples, part: PartSamples, alignment: Alignment, scale: flo
 
 
 @dataclass(frozen=True)
-class RefinedPartFit:
+class RefinedPartFit(Measures):
     """Measures of a whole that was displaced as rigidly as possible, each 0 for a part cut out.
 
     They tell candidates apart that eigenfunctions fit equally well.
@@ -191,25 +179,14 @@ class RefinedPartFit:
         return cls(1.0, 1.0, 1.0, share=0.0)
 
     @property
-    def measures(self) -> dict[str, float]:
-        """Logarithms of the measures, by name."""
-        return logarithms(
-            apart=self.apart,
-            turned=self.turned,
-            strained=self.strained,
-            bent=self.bent,
-            distorted=self.distorted,
-        )
-
-    @property
     def score(self) -> float:
         """Sum of the logarithms of the measures, where something is met; the less, the better."""
-        return _with_occlusion(self.measures, self.share, _REFINED_OCCLUSION)
+        return _with_occlusion(super().score, self.share, _REFINED_OCCLUSION)
 
     @property
     def score_as_wholes(self) -> float:
         """The same where both are expected to be whole."""
-        return _with_occlusion(self.measures, self.share, _WHOLE_OCCLUSION)
+        return _with_occlusion(super().score, self.share, _WHOLE_OCCLUSION)
 
 
 def changes_of_curvature(
