@@ -38,18 +38,29 @@ class PartTask:
     landmarks: Points = NO_LANDMARKS
 
     @property
+    def surfaces(self) -> tuple[SmoothSurface, SmoothSurface]:
+        """Surfaces of the whole and of the part."""
+        whole, part = self.shapes
+        return smooth_surface(whole), smooth_surface(part)
+
+    @property
     def whole(self) -> SmoothSurface:
         """Surface of the whole."""
-        return smooth_surface(self.shapes[0])
+        return self.surfaces[0]
 
     @property
     def part(self) -> SmoothSurface:
         """Surface of the part."""
-        return smooth_surface(self.shapes[1])
+        return self.surfaces[1]
 
     def samples(self, stage: PartStage) -> tuple[Samples, PartSamples]:
         """Samples of a stage."""
-        return self.partiality.samples((self.whole, self.part), stage)
+        whole, part = (one.samples for one in self.surfaces)
+        return whole.first(stage.whole_samples), self.at(part.vertices[: stage.part_samples])
+
+    def at(self, vertices: IntArray) -> PartSamples:
+        """Return chosen vertices of the part as samples."""
+        return PartSamples.at(self.surfaces, vertices, self.partiality.entire)
 
 
 Start = tuple[Alignment, float]

@@ -116,9 +116,7 @@ class _Comparison:
 
     def refined(self, candidate: PartCandidate, control: Control) -> RefinedPart:
         """Refine a candidate to be compared."""
-        task = self.task
-        surfaces, kind = (task.whole, task.part), task.partiality
-        return RefinedPart.of(surfaces, candidate, self.rest, kind, control, kind.rounds)
+        return RefinedPart.of(self.task, candidate, self.rest, control, self.task.partiality.rounds)
 
     def twice(self, one: RefinedPart, control: Control) -> RefinedPart:
         """Refine a candidate once more, and mend it where that is done before the last choice."""

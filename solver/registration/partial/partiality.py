@@ -11,10 +11,8 @@ from types import MappingProxyType
 import numpy as np
 
 from solver.registration.choice import SAME
-from solver.registration.partial.alignment import PartSamples
 from solver.registration.reduction import MANY_VERTICES
 from solver.registration.refinement import FEWER_ROUNDS
-from solver.registration.surface import Samples, SmoothSurface
 from solver.registration.surface_map import ROUNDS
 
 
@@ -112,14 +110,6 @@ class Partiality:
     in_space: bool
     weights: Mapping[str, float]
     intercept: float
-
-    def samples(
-        self, surfaces: tuple[SmoothSurface, SmoothSurface], stage: PartStage
-    ) -> tuple[Samples, PartSamples]:
-        """Samples of a stage, of the whole and the part."""
-        whole, part = (one.samples for one in surfaces)
-        vertices = part.vertices[: stage.part_samples]
-        return whole.first(stage.whole_samples), PartSamples.at(surfaces, vertices, self.entire)
 
 
 FINEST = PartStage(750, 800, (60, 70, 85), 8)

@@ -8,8 +8,8 @@ import numpy as np
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.registration.opening import torn_off
-from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs, fit_to_part
-from solver.registration.partial.choice import PartCandidate
+from solver.registration.partial.alignment import WEIGHTS, find_pairs, fit_to_part
+from solver.registration.partial.choice import PartCandidate, PartTask
 from solver.registration.partial.cover import (
     covered_by_overlap,
     covered_by_part,
@@ -17,12 +17,11 @@ from solver.registration.partial.cover import (
     largest_patch,
 )
 from solver.registration.partial.fit import RefinedPartFit, mean_share
-from solver.registration.partial.partiality import FINEST, Partiality
+from solver.registration.partial.partiality import FINEST
 from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
-from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest, points_in_triangles
 from solver.shape import Shape
 
@@ -33,6 +32,8 @@ class RefinedPart:
 
     Parameters
     ----------
+    task
+        The surfaces.
     candidate
         As it was registered.
     rest
@@ -41,27 +42,24 @@ class RefinedPart:
         The displaced whole.
     images, back
         Of all vertices of the whole, and of all of the part.
-    partiality
-        What the surfaces are to one another.
     strained
         As of :class:`.RefinedPartFit`.
     """
 
+    task: PartTask
     candidate: PartCandidate
     rest: RigidDisplacement
     displaced: SurfaceMap
     images: IntArray
     back: Images
-    partiality: Partiality
     strained: float
 
     @classmethod
     def of(
         cls,
-        surfaces: tuple[SmoothSurface, SmoothSurface],
+        task: PartTask,
         candidate: PartCandidate,
         rest: RigidDisplacement,
-        partiality: Partiality,
         control: Control,
         rounds: int = ROUNDS,
     ) -> "RefinedPart":
@@ -69,14 +67,12 @@ class RefinedPart:
 
         Parameters
         ----------
-        surfaces
-            The whole and the part.
+        task
+            The surfaces.
         candidate
             Registered with the finest samples.
         rest
             The whole at rest, of unit area.
-        partiality
-            As for the class.
         control
             May cancel; past its deadline, less is refined.
         rounds
@@ -89,15 +85,15 @@ class RefinedPart:
         MeshError
             The Laplacian of the whole cannot be factored.
         """
-        rest = rest.resting_at(candidate.scale * surfaces[0].mesh.vertices)
-        known = SurfaceMap.of(*surfaces, candidate.alignment, reflected=False)
+        rest = rest.resting_at(candidate.scale * task.whole.mesh.vertices)
+        known = SurfaceMap.of(*task.surfaces, candidate.alignment, reflected=False)
         images = known.images()
         covered = covered_by_part(known, images, known.inverse()[0], candidate.scale)
-        if not partiality.entire:
-            covered = largest_patch(surfaces[0], covered)
+        if not task.partiality.entire:
+            covered = largest_patch(task.whole, covered)
         displaced, images = known.refined(rest.drawing(covered), control, rounds)
         back, strained = displaced.inverse(), rest.strain(displaced.positions)
-        return cls(candidate, rest, displaced, images, back, partiality, strained)
+        return cls(task, candidate, rest, displaced, images, back, strained)
 
     @property
     def scale(self) -> float:
@@ -107,14 +103,14 @@ class RefinedPart:
     @cached_property
     def covered(self) -> BoolArray:
         """(V,) vertices of the whole that have a partner."""
-        if self.partiality.entire:
+        if self.task.partiality.entire:
             return covered_by_part(self.displaced, self.images, self.back[0], self.scale)
         return covered_by_overlap(self.displaced, self.images, self.back[0], self.scale)
 
     @cached_property
     def part_covered(self) -> BoolArray:
         """(W,) vertices of the part that have a partner."""
-        if self.partiality.entire:
+        if self.task.partiality.entire:
             return np.ones(len(self.back[0]), dtype=np.bool_)
         return covered_by_whole(self.displaced, self.images, self.back, self.scale)
 
@@ -143,7 +139,7 @@ class RefinedPart:
             float(np.linalg.norm(there - part.mesh.vertices[met], axis=1).mean()),
             float(np.sqrt(2.0 * max(1.0 - cosines.mean(), 0.0))),
             self.strained,
-            share=1.0 if self.partiality.entire else share,
+            share=1.0 if self.task.partiality.entire else share,
         )
 
     def again(self, control: Control) -> "RefinedPart":
@@ -179,8 +175,7 @@ class RefinedPart:
         """
         if control.expired:
             return self
-        surfaces = self.displaced.source, self.displaced.target
-        known = SurfaceMap.of(*surfaces, self.candidate.alignment, reflected=False)
+        known = SurfaceMap.of(*self.task.surfaces, self.candidate.alignment, reflected=False)
         in_space = displaced_in_space(known, to_part=True)
         before, grown = (self._moved(one, one.images()) for one in (known, in_space))
         if grown.fit.score > before.fit.score:
@@ -246,13 +241,11 @@ class RefinedPart:
         MeshError
             The Laplacian of the whole cannot be factored.
         """
-        known, kind = self.candidate, self.partiality
-        fewer = smooth_surface(whole.shape), smooth_surface(part.shape)
-        samples, points = kind.samples(fewer, FINEST)
+        task, known = replace(self.task, shapes=shapes), self.candidate
+        samples, points = self.task.samples(FINEST)
         pairs = find_pairs(samples, points, known.alignment, known.scale, WEIGHTS)
-        ours, theirs = (smooth_surface(one) for one in shapes)
-        here = ours.at(whole.vertices[samples.vertices])
-        there = PartSamples.at((ours, theirs), part.vertices[points.vertices], kind.entire)
+        here = task.whole.at(whole.vertices[samples.vertices])
+        there = task.at(part.vertices[points.vertices])
         alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
         candidate = replace(known, alignment=alignment)
-        return RefinedPart.of((ours, theirs), candidate, at_rest(ours), kind, control)
+        return RefinedPart.of(task, candidate, at_rest(task.whole), control)
