@@ -10,7 +10,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.registration.alignment import GLOBAL, LOCAL, Alignment, Pairs, Weights, align
-from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.candidates import NO_LANDMARKS, Points, first_pairs
 from solver.registration.fit import Fit, LocalFit, measure_fit
 from solver.registration.surface import MIRROR, Samples, SmoothSurface, smooth_surface
 from solver.shape import Shape
@@ -217,6 +217,12 @@ def choose(
         ]
         kept = ranked(found, task.positions, stage.kept)
     return kept
+
+
+def from_hypotheses(task: Task, hypotheses: Sequence[Points]) -> FirstPairs:
+    """Return the first pairs of hypotheses, of signs of eigenfunctions, and of a rotation."""
+    surfaces = task.source, task.target
+    return lambda samples: first_pairs(surfaces, samples, hypotheses)
 
 
 def again(candidates: Iterable[Candidate], weights: Weights) -> FirstPairs:

@@ -1,14 +1,14 @@
 """Registration of a pair of shapes: directly, reflected, opened, or from a given map."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import MeshError
-from solver.registration.alignment import GLOBAL, Pairs
-from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points, first_pairs
+from solver.registration.alignment import GLOBAL
+from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points
 from solver.registration.choice import (
     COARSE,
     FINE,
@@ -17,13 +17,13 @@ from solver.registration.choice import (
     Task,
     again,
     choose,
+    from_hypotheses,
     mapped,
 )
 from solver.registration.glued import Rematch, search_opened
 from solver.registration.reduction import ReducedTask
 from solver.registration.registration import Registration
 from solver.registration.search import confidence_in, first_found, search
-from solver.registration.surface import Samples
 from solver.shape import Shape
 
 _REFLECTED_MARGIN = 3.0
@@ -182,10 +182,7 @@ def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:
 
     Without hypotheses: signs of eigenfunctions tell a reflected copy, which is an isometric one.
     """
-
-    def signs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        return first_pairs((task.source, task.target), samples, ())
-
+    signs = from_hypotheses(task, ())
     stages = replace(COARSE[0], kept=_REFLECTED_KEPT), *COARSE[1:]
     mirrored = choose(task.reflected(), signs, stages, control)[0].fit.score
     coarse = choose(task, again([direct], GLOBAL), COARSE, control)[0].fit.score

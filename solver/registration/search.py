@@ -9,7 +9,7 @@ import numpy as np
 from solver.control import Control
 from solver.errors import MeshError
 from solver.registration.alignment import Pairs
-from solver.registration.candidates import Points, exchanged_pairs, first_pairs, varied_pairs
+from solver.registration.candidates import Points, exchanged_pairs, varied_pairs
 from solver.registration.choice import (
     COARSE,
     FINE,
@@ -18,6 +18,7 @@ from solver.registration.choice import (
     Task,
     again,
     choose,
+    from_hypotheses,
     meeting,
     ranked,
 )
@@ -189,11 +190,7 @@ def _begun(
     task: Task, hypotheses: Sequence[Points], control: Control
 ) -> tuple[list[Candidate], list[Candidate], list[Candidate]]:
     """Candidates after the coarse stages, after the first of the fine ones, and after the last."""
-
-    def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        return first_pairs((task.source, task.target), samples, hypotheses)
-
-    coarse = choose(task, first, COARSE, control)
+    coarse = choose(task, from_hypotheses(task, hypotheses), COARSE, control)
     halfway = _halfway(task, coarse, control)
     return coarse, halfway, register_finely(task, halfway[: FINE[0].kept], control)
 
@@ -302,12 +299,8 @@ def _variations(candidates: Sequence[Candidate]) -> FirstPairs:
 def _from_the_target(task: Task, hypotheses: Sequence[Points], control: Control) -> list[Candidate]:
     """Candidates found by bending the target onto the source: others than the other way round."""
     turned = task.swapped()
-
-    def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        swapped = [(there, here) for here, there in hypotheses]
-        return first_pairs((turned.source, turned.target), samples, swapped)
-
-    found = choose(turned, first, COARSE, control)
+    swapped = [(there, here) for here, there in hypotheses]
+    found = choose(turned, from_hypotheses(turned, swapped), COARSE, control)
 
     def back(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         pairs = again(found, COARSE[-1].weights)(samples[::-1])

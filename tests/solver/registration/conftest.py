@@ -3,8 +3,7 @@
 import pytest
 
 from solver.control import Control
-from solver.registration.candidates import first_pairs
-from solver.registration.choice import COARSE, FINE, Candidate, Task, choose
+from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, from_hypotheses
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
 from tests.solver import shapes
@@ -25,9 +24,4 @@ def surface(blob: Shape) -> SmoothSurface:
 def found(blob: Shape) -> list[Candidate]:
     """Of a body and itself, the right one first."""
     task = Task.of(blob, blob)
-    return choose(
-        task,
-        lambda samples: first_pairs((task.source, task.target), samples, ()),
-        (*COARSE, *FINE),
-        Control(),
-    )
+    return choose(task, from_hypotheses(task, ()), (*COARSE, *FINE), Control())
