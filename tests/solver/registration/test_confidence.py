@@ -11,6 +11,7 @@ from solver.registration.confidence import (
     MISFIT,
     RIVAL,
     UNFINISHED,
+    Confidence,
     confidence_of,
     refined_confidence,
 )
@@ -104,3 +105,10 @@ def test_a_search_without_time_says_so() -> None:
     unfinished = confidence_of(good, np.inf, complete=False)
     assert unfinished.reasons == (UNFINISHED,)
     assert unfinished.probability == pytest.approx(confidence_of(good, np.inf).probability)
+
+
+def test_other_evidence_dispels_doubts_if_it_is_sure() -> None:
+    doubted = Confidence(0.3, (MISFIT,))
+    assert doubted.at_least(0.95) == Confidence(0.95, ())
+    assert doubted.at_least(0.5) == Confidence(0.5, (MISFIT,))
+    assert doubted.at_least(0.1) == doubted

@@ -1,16 +1,17 @@
-"""Registrations whose answer is known."""
+"""Registrations of pairs whose answer is known."""
 
 import time
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, triangle_mesh
-from solver.registration import DenseCorrespondence, Registration, register
+from solver.registration import DenseCorrespondence, Registration, register, register_map
 from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.confidence import RIVAL, UNFINISHED
 from solver.registration.surface import SmoothSurface
@@ -251,3 +252,17 @@ def test_vertex_numbers_are_the_users_own(blob: Shape) -> None:
     assert dense.inverse is not None
     np.testing.assert_array_equal(dense.inverse.target, dense.inverse.source + 1)
     assert (dense.inverse.faces >= 1).all()
+
+
+def test_a_map_is_registered_where_it_puts_the_source(blob: Shape) -> None:
+    """A half-turn of a body without symmetry stays another map, and fits worse."""
+    every, vertices = np.arange(blob.n_vertices), blob.mesh.vertices
+    turned: IntArray = np.asarray(KDTree(vertices).query(vertices * [-1.0, -1.0, 1.0])[1])
+    right, wrong = (register_map(blob, blob, one, one, Control()) for one in (every, turned))
+    np.testing.assert_array_equal(right.images(every, Control()), every)
+    assert right.is_exact
+    assert wrong.differs_from(right)
+    assert not right.differs_from(right)
+    assert wrong.score > right.score
+    assert right.among(right).confidence.margin == 0.0
+    assert right.among(wrong).confidence.margin == min(wrong.score - right.score, 1.0)
