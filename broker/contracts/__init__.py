@@ -49,7 +49,7 @@ from broker.contracts.parameters import (
     PrototypeParameters,
     PrototypeStructures,
 )
-from broker.contracts.problems import URN, FieldProblem, Problem
+from broker.contracts.problems import URN, FieldProblem, Problem, ProblemType
 from broker.contracts.prototypes import (
     ARCHIVE_TYPE,
     MOST_EXAMPLES,
@@ -188,6 +188,7 @@ __all__ = [
     "PicturePayload",
     "PrincipalComponent",
     "Problem",
+    "ProblemType",
     "Progress",
     "PrototypeGeometry",
     "PrototypeParameters",

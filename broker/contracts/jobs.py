@@ -13,7 +13,7 @@ from broker.contracts.parameters import (
     MatchParameters,
     PrototypeParameters,
 )
-from broker.contracts.problems import Problem
+from broker.contracts.problems import Problem, ProblemType
 from broker.contracts.prototypes import ARCHIVE_TYPE, is_prototype
 from broker.contracts.spectra import SpectrumKey
 from broker.contracts.transfers import (
@@ -84,14 +84,14 @@ class JobKind(StrEnum):
         return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.REGISTRATION)
 
 
-UNUSABLE: Final[Mapping[JobKind, tuple[str, str]]] = MappingProxyType(
+UNUSABLE: Final[Mapping[JobKind, ProblemType]] = MappingProxyType(
     {
-        JobKind.VALIDATION: ("unusable-mesh", "Not a usable mesh"),
-        JobKind.PROTOTYPE_VALIDATION: ("unusable-prototype", "Not a usable prototype"),
-        JobKind.ATTRIBUTES_VALIDATION: ("unusable-attributes", "Not usable attributes"),
+        JobKind.VALIDATION: ProblemType.UNUSABLE_MESH,
+        JobKind.PROTOTYPE_VALIDATION: ProblemType.UNUSABLE_PROTOTYPE,
+        JobKind.ATTRIBUTES_VALIDATION: ProblemType.UNUSABLE_ATTRIBUTES,
     }
 )
-"""Name and title of the problem of an upload that cannot be used."""
+"""Type of the problem of an upload that cannot be used."""
 
 
 class JobState(StrEnum):

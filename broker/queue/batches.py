@@ -20,6 +20,7 @@ from broker.contracts import (
     JobState,
     MatchSummary,
     Problem,
+    ProblemType,
     Progress,
 )
 from broker.queue.new_jobs import batch_match_id, new_batch_match
@@ -27,9 +28,7 @@ from broker.queue.rq_queues import RqQueues
 from broker.queue.workers import worker_states
 from broker.store import Store, text
 
-_EXPIRED = Problem.of(
-    "job-expired", "Job expired", 410, "The match ended long ago and is no longer kept."
-)
+_EXPIRED = Problem.of(ProblemType.JOB_EXPIRED, "The match ended long ago and is no longer kept.")
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ from broker.contracts import (
     JobRecord,
     JobState,
     Problem,
+    ProblemType,
     TimeSlicePayload,
     UploadPayload,
 )
@@ -65,14 +66,14 @@ def lost_process(record: JobRecord | None, how: str) -> Problem:
     """Return the problem of a job whose process died too often."""
     detail = f"The process that computed this was killed repeatedly ({how})."
     if record is not None and record.kind in UNUSABLE:
-        return Problem.of(*UNUSABLE[record.kind], 422, f"{detail} Is it too large?")
-    return Problem.of("worker-lost", "The computation was killed", 500, detail)
+        return Problem.of(UNUSABLE[record.kind], f"{detail} Is it too large?")
+    return Problem.of(ProblemType.WORKER_LOST, detail)
 
 
 def store_away() -> Problem:
     """Return the problem of a job whose data could not be read or stored for too long."""
     detail = "The store of meshes and results could not be reached for too long; ask again."
-    return Problem.of("store-away", "Store cannot be reached", 503, detail)
+    return Problem.of(ProblemType.STORE_AWAY, detail)
 
 
 def handle_lost_process(

@@ -192,7 +192,7 @@ class _Body:
 
     def _refuse(self, problem: ApiProblem) -> BodyRefused:
         self.refused = problem
-        return BodyRefused(problem.status)
+        return BodyRefused(problem.type.status)
 
     def _too_long(self, headers: Headers) -> ApiProblem | None:
         length = headers.get("content-length", "")

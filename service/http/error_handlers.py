@@ -11,7 +11,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from broker.blobs import BlobError, BlobLost, BlobsFull, NotMigrated
-from broker.contracts import Problem
+from broker.contracts import URN, Problem
 from broker.store import KeyReused, NewerRecord, NotOnDisk, QuotaExceeded, TooManyQueued
 from broker.telemetry import logger
 from service.http.problem_documents import response
@@ -117,14 +117,20 @@ def _http(request: Request, error: Exception) -> Response:
         404: NotFound(f"There is nothing at {path}; /docs lists the addresses."),
         405: MethodNotAllowed(f"{request.method} is not supported at {path}."),
     }
-    if error.status_code == MethodNotAllowed.status:
+    if error.status_code == MethodNotAllowed.type.status:
         # Starlette names only the methods of the first route with this path.
         headers["Allow"] = ", ".join(_methods_at(request))
     known = kinds.get(error.status_code)
     if known is not None:
         return response(known.problem(path), headers)
     detail = str(error.detail)
-    stated = Problem.of("http-error", detail, error.status_code, detail, instance=path)
+    stated = Problem(
+        type=URN + "http-error",
+        title=detail,
+        status=error.status_code,
+        detail=detail,
+        instance=path,
+    )
     return response(stated, headers)
 
 
@@ -166,7 +172,7 @@ def _blobs_fail(request: Request, error: Exception) -> Response:
             detail = "The store of meshes and results cannot be reached at the moment"
             problem = StoreAway(f"{detail}; try again later.")
     headers = dict(problem.headers)
-    if problem.status == StoreAway.status:
+    if problem.type.status == StoreAway.type.status:
         headers["Retry-After"] = "5"
     return response(problem.problem(request.url.path), headers)
 

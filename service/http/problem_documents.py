@@ -15,10 +15,10 @@ def responses(*kinds: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
     entries: dict[int | str, dict[str, Any]] = {}
     every: tuple[type[ApiProblem], ...] = (*kinds, InternalError, StoreAway)
     for kind in every:
-        text = (kind.__doc__ or kind.title).strip().splitlines()[0].rstrip(".")
+        text = (kind.__doc__ or kind.type.title).strip().splitlines()[0].rstrip(".")
         example = kind(text + ".").problem("/v1/...").model_dump(mode="json")
         entry = entries.setdefault(
-            kind.status,
+            kind.type.status,
             {
                 "description": "",
                 "content": {
@@ -27,7 +27,7 @@ def responses(*kinds: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
             },
         )
         entry["description"] += ("; " if entry["description"] else "") + text
-        entry["content"][MEDIA_TYPE]["examples"][kind.slug] = {"value": example}
+        entry["content"][MEDIA_TYPE]["examples"][kind.type.slug] = {"value": example}
     return entries
 
 

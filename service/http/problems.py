@@ -48,7 +48,7 @@
 
 from typing import ClassVar, Final, Self
 
-from broker.contracts import FieldProblem, Problem
+from broker.contracts import FieldProblem, Problem, ProblemType
 
 INVALID: Final = "The request is not valid; `errors` says where."
 
@@ -64,9 +64,7 @@ class ApiProblem(Exception):
         Problems of single fields.
     """
 
-    status: ClassVar[int] = 500
-    slug: ClassVar[str] = "internal-error"
-    title: ClassVar[str] = "Internal error"
+    type: ClassVar[ProblemType] = ProblemType.INTERNAL_ERROR
     headers: ClassVar[dict[str, str]] = {}
     """Headers of the answer besides those of every answer."""
 
@@ -77,160 +75,158 @@ class ApiProblem(Exception):
 
     def problem(self, instance: str | None = None) -> Problem:
         """Return the problem document."""
-        return Problem.of(
-            self.slug, self.title, self.status, self.detail, errors=self.errors, instance=instance
-        )
+        return Problem.of(self.type, self.detail, self.errors, instance)
 
 
 class InvalidRequest(ApiProblem):
     """A field of the request is not valid."""
 
-    status, slug, title = 422, "invalid-request", "Invalid request"
+    type = ProblemType.INVALID_REQUEST
 
 
 class BadRequest(ApiProblem):
     """The request cannot be parsed."""
 
-    status, slug, title = 400, "bad-request", "Bad request"
+    type = ProblemType.BAD_REQUEST
 
 
 class Unauthorized(ApiProblem):
     """The request has no API key, or one that this service does not know."""
 
-    status, slug, title = 401, "unauthorized", "API key needed"
+    type = ProblemType.UNAUTHORIZED
     headers: ClassVar[dict[str, str]] = {"WWW-Authenticate": 'Bearer realm="isomatch"'}
 
 
 class NotFound(ApiProblem):
     """There is nothing at this address."""
 
-    status, slug, title = 404, "not-found", "Not found"
+    type = ProblemType.NOT_FOUND
 
 
 class ShapeNotFound(NotFound):
     """There is no shape with this id."""
 
-    slug, title = "shape-not-found", "No such shape"
+    type = ProblemType.SHAPE_NOT_FOUND
 
 
 class PrototypeNotFound(NotFound):
     """There is no prototype with this id."""
 
-    slug, title = "prototype-not-found", "No such prototype"
+    type = ProblemType.PROTOTYPE_NOT_FOUND
 
 
 class AttributesNotFound(NotFound):
     """There is no attribute file with this id."""
 
-    slug, title = "attributes-not-found", "No such attributes"
+    type = ProblemType.ATTRIBUTES_NOT_FOUND
 
 
 class JobNotFound(NotFound):
     """There is no job with this id."""
 
-    slug, title = "job-not-found", "No such job"
+    type = ProblemType.JOB_NOT_FOUND
 
 
 class MethodNotAllowed(ApiProblem):
     """The method is not supported at this address."""
 
-    status, slug, title = 405, "method-not-allowed", "Method not allowed"
+    type = ProblemType.METHOD_NOT_ALLOWED
 
 
 class BodyStalled(ApiProblem):
     """The body of the request stalled."""
 
-    status, slug, title = 408, "body-stalled", "Request timed out"
+    type = ProblemType.BODY_STALLED
 
 
 class ResultNotReady(ApiProblem):
     """The job has not ended."""
 
-    status, slug, title = 409, "result-not-ready", "Result not ready"
+    type = ProblemType.RESULT_NOT_READY
 
 
 class JobWithoutResult(ApiProblem):
     """The job failed or was cancelled, or is of a kind without a result."""
 
-    status, slug, title = 409, "job-without-result", "Job without a result"
+    type = ProblemType.JOB_WITHOUT_RESULT
 
 
 class UploadCancelled(ApiProblem):
     """The validation of the upload was cancelled."""
 
-    status, slug, title = 409, "upload-cancelled", "Upload cancelled"
+    type = ProblemType.UPLOAD_CANCELLED
 
 
 class IdempotencyKeyReused(ApiProblem):
     """The idempotency key was used for a different request."""
 
-    status, slug, title = 409, "idempotency-key-reused", "Idempotency key reused"
+    type = ProblemType.IDEMPOTENCY_KEY_REUSED
 
 
 class ResultExpired(ApiProblem):
     """The result is no longer kept."""
 
-    status, slug, title = 410, "result-expired", "Result expired"
+    type = ProblemType.RESULT_EXPIRED
 
 
 class ShapeExpired(ApiProblem):
     """The shape was not used for long, and is no longer kept."""
 
-    status, slug, title = 410, "shape-expired", "Shape expired"
+    type = ProblemType.SHAPE_EXPIRED
 
 
 class GeometryNotKept(ApiProblem):
     """The record was stored by a version that kept no geometry."""
 
-    status, slug, title = 410, "geometry-not-kept", "Geometry not kept"
+    type = ProblemType.GEOMETRY_NOT_KEPT
 
 
 class ContentLost(ApiProblem):
     """The bytes of a record are missing or damaged in the blob store."""
 
-    status, slug, title = 410, "content-lost", "Content lost"
+    type = ProblemType.CONTENT_LOST
 
 
 class PrototypeExpired(ApiProblem):
     """The prototype was not used for long, and is no longer kept."""
 
-    status, slug, title = 410, "prototype-expired", "Prototype expired"
+    type = ProblemType.PROTOTYPE_EXPIRED
 
 
 class AttributesExpired(ApiProblem):
     """The attribute file was not used for long and is no longer kept."""
 
-    status, slug, title = 410, "attributes-expired", "Attributes expired"
+    type = ProblemType.ATTRIBUTES_EXPIRED
 
 
 class JobExpired(ApiProblem):
     """The job ended long ago, and is no longer kept."""
 
-    status, slug, title = 410, "job-expired", "Job expired"
+    type = ProblemType.JOB_EXPIRED
 
 
 class ShapeDeleted(ApiProblem):
     """A shape was deleted meanwhile."""
 
-    status, slug, title = 410, "shape-deleted", "Shape deleted"
+    type = ProblemType.SHAPE_DELETED
 
 
 class PrototypeDeleted(ApiProblem):
     """A prototype was deleted meanwhile."""
 
-    status, slug, title = 410, "prototype-deleted", "Prototype deleted"
+    type = ProblemType.PROTOTYPE_DELETED
 
 
 class AttributesDeleted(ApiProblem):
     """An attribute file was deleted in the meantime."""
 
-    status, slug, title = 410, "attributes-deleted", "Attributes deleted"
+    type = ProblemType.ATTRIBUTES_DELETED
 
 
 class UploadTooLarge(ApiProblem):
     """The upload is over the limit."""
 
-    status, slug, title = 413, "upload-too-large", "Upload too large"
+    type = ProblemType.UPLOAD_TOO_LARGE
 
     @classmethod
     def over(cls, limit: int) -> Self:
@@ -241,55 +237,55 @@ class UploadTooLarge(ApiProblem):
 class UnsupportedFormat(ApiProblem):
     """The format of the file is not supported."""
 
-    status, slug, title = 415, "unsupported-format", "Unsupported format"
+    type = ProblemType.UNSUPPORTED_FORMAT
 
 
 class EncodedBody(ApiProblem):
     """The body of the request has a content encoding, such as gzip."""
 
-    status, slug, title = 415, "encoded-body", "Encoded body"
+    type = ProblemType.ENCODED_BODY
 
 
 class UnknownShape(ApiProblem):
     """The request names a shape that does not exist."""
 
-    status, slug, title = 422, "unknown-shape", "Unknown shape"
+    type = ProblemType.UNKNOWN_SHAPE
 
 
 class UnknownPrototype(ApiProblem):
     """The request names a prototype that does not exist."""
 
-    status, slug, title = 422, "unknown-prototype", "Unknown prototype"
+    type = ProblemType.UNKNOWN_PROTOTYPE
 
 
 class UnknownAttributes(ApiProblem):
     """The request names an attribute file that does not exist."""
 
-    status, slug, title = 422, "unknown-attributes", "Unknown attributes"
+    type = ProblemType.UNKNOWN_ATTRIBUTES
 
 
 class UnusableMesh(ApiProblem):
     """The file is not a usable mesh."""
 
-    status, slug, title = 422, "unusable-mesh", "Not a usable mesh"
+    type = ProblemType.UNUSABLE_MESH
 
 
 class UnusablePrototype(ApiProblem):
     """The file is not the archive of a prototype."""
 
-    status, slug, title = 422, "unusable-prototype", "Not a usable prototype"
+    type = ProblemType.UNUSABLE_PROTOTYPE
 
 
 class UnusableAttributes(ApiProblem):
     """The file is not a usable file of attributes."""
 
-    status, slug, title = 422, "unusable-attributes", "Not usable attributes"
+    type = ProblemType.UNUSABLE_ATTRIBUTES
 
 
 class TooManyJobs(ApiProblem):
     """The caller has as many jobs queued as it may have."""
 
-    status, slug, title = 429, "too-many-jobs", "Too many jobs"
+    type = ProblemType.TOO_MANY_JOBS
     headers: ClassVar[dict[str, str]] = {"Retry-After": "10"}
 
 
@@ -300,38 +296,38 @@ class InternalError(ApiProblem):
 class PictureNotReady(ApiProblem):
     """The picture is still being drawn."""
 
-    status, slug, title = 503, "picture-not-ready", "Picture not ready"
+    type = ProblemType.PICTURE_NOT_READY
 
 
 class NewerVersion(ApiProblem):
     """The record was stored by a newer version; this one cannot read it."""
 
-    status, slug, title = 503, "newer-version", "Stored by a newer version"
+    type = ProblemType.NEWER_VERSION
     headers: ClassVar[dict[str, str]] = {"Retry-After": "10"}
 
 
 class StoreAway(ApiProblem):
     """Redis or the blob store cannot be reached."""
 
-    status, slug, title = 503, "store-away", "Store cannot be reached"
+    type = ProblemType.STORE_AWAY
 
 
 class NotReady(ApiProblem):
     """The service is stopping, its store takes nothing, or no worker is alive."""
 
-    status, slug, title = 503, "not-ready", "Not ready"
+    type = ProblemType.NOT_READY
 
 
 class QuotaUsedUp(ApiProblem):
     """The tenant keeps as many shapes or bytes as it may keep."""
 
-    status, slug, title = 507, "quota-exceeded", "Quota used up"
+    type = ProblemType.QUOTA_EXCEEDED
 
 
 class StorageFull(ApiProblem):
     """There is no space left to store what was sent."""
 
-    status, slug, title = 507, "storage-full", "Storage full"
+    type = ProblemType.STORAGE_FULL
     headers: ClassVar[dict[str, str]] = {"Retry-After": "60"}
 
 

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from typing import ClassVar, Final
 
 from broker.blobs import BlobError, BlobLost, BlobsFull
-from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem
+from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem, ProblemType
 from broker.store import NewerRecord, QuotaExceeded, Store
 from broker.upkeep import store_away
 from solver.errors import MeshError, OptionError, PrototypeError, SolverError, TransferError
@@ -27,8 +27,7 @@ from worker.pictures import NoAlternative
 class Gone(Exception):
     """Data that a job needs expired or was deleted before the job ran."""
 
-    slug: ClassVar[str]
-    title: ClassVar[str]
+    type: ClassVar[ProblemType]
 
 
 class ShapeGone(Gone):
@@ -40,7 +39,7 @@ class ShapeGone(Gone):
         Id of the shape.
     """
 
-    slug, title = "shape-deleted", "Shape deleted"
+    type = ProblemType.SHAPE_DELETED
 
     def __init__(self, shape: str) -> None:
         super().__init__(f"shape {shape} was deleted, or expired, before this job could run")
@@ -57,7 +56,7 @@ class ShapeLost(Gone):
         What is wrong with it, as :class:`~broker.blobs.BlobLost` has it.
     """
 
-    slug, title = "content-lost", "Content lost"
+    type = ProblemType.CONTENT_LOST
 
     def __init__(self, shape: str, reason: str) -> None:
         lost = f"the stored content of shape {shape} is {reason}"
@@ -67,7 +66,7 @@ class ShapeLost(Gone):
 class UploadGone(Gone):
     """An upload expired before the job that validates it ran."""
 
-    slug, title = "upload-expired", "Upload expired"
+    type = ProblemType.UPLOAD_EXPIRED
 
     def __init__(self) -> None:
         super().__init__("The upload waited for too long to be read; send it again.")
@@ -82,7 +81,7 @@ class PrototypeGone(Gone):
         Id of the prototype.
     """
 
-    slug, title = "prototype-deleted", "Prototype deleted"
+    type = ProblemType.PROTOTYPE_DELETED
 
     def __init__(self, prototype: str) -> None:
         gone = f"prototype {prototype} was deleted, or expired,"
@@ -98,7 +97,7 @@ class AttributesGone(Gone):
         Id of the file.
     """
 
-    slug, title = "attributes-deleted", "Attributes deleted"
+    type = ProblemType.ATTRIBUTES_DELETED
 
     def __init__(self, attributes: str) -> None:
         gone = f"attribute file {attributes} was deleted, or expired,"
@@ -108,7 +107,7 @@ class AttributesGone(Gone):
 class ResultGone(Gone):
     """The result to be drawn, or the match to be carried along, has expired."""
 
-    slug, title = "result-expired", "Result expired"
+    type = ProblemType.RESULT_EXPIRED
 
 
 class UnusableShape(Exception):
@@ -239,9 +238,7 @@ class NotDelivered(Exception):
 def newer_version() -> Problem:
     """Return the problem of a job whose record, or data, only a newer version can read."""
     return Problem.of(
-        "newer-version",
-        "Asked for by a newer version",
-        503,
+        ProblemType.NEWER_VERSION,
         "A newer version of the service was asked for this than the worker is that took it up, with"
         " something that is unknown to the latter; ask again when all workers are upgraded.",
     )
@@ -269,27 +266,27 @@ def problem_of(error: Exception | JobTimedOut, record: JobRecord) -> Problem:
             return _impossible(error, record)
         case MeshError() | UnusableShape():
             errors = (error.field,) if isinstance(error, UnusableShape) else file
-            return Problem.of(*UNUSABLE[JobKind.VALIDATION], 422, str(error), errors)
+            return Problem.of(ProblemType.UNUSABLE_MESH, str(error), errors)
         case PrototypeError():
-            return Problem.of(*UNUSABLE[JobKind.PROTOTYPE_VALIDATION], 422, str(error), file)
+            return Problem.of(ProblemType.UNUSABLE_PROTOTYPE, str(error), file)
         case TransferError():
-            return Problem.of(*UNUSABLE[JobKind.ATTRIBUTES_VALIDATION], 422, str(error), file)
+            return Problem.of(ProblemType.UNUSABLE_ATTRIBUTES, str(error), file)
         case SolverError():
-            return Problem.of("no-solution", "No answer", 422, str(error))
+            return Problem.of(ProblemType.NO_SOLUTION, str(error))
         case TooLarge() | MemoryError():
             detail = reason_of(error)
             stated = f"{detail[:1].upper()}{detail[1:].removesuffix('.')}."
-            return Problem.of("out-of-memory", "Out of memory", 422, stated)
+            return Problem.of(ProblemType.OUT_OF_MEMORY, stated)
         case JobTimedOut() | TimeUp():
-            return Problem.of("timed-out", "Took too long", 422, _timed_out(record))
+            return Problem.of(ProblemType.TIMED_OUT, _timed_out(record))
         case NoAlternative():
-            return Problem.of("invalid-request", "Invalid request", 422, str(error), (error.field,))
+            return Problem.of(ProblemType.INVALID_REQUEST, str(error), (error.field,))
         case NewerRecord():
             return newer_version()
         case NotDelivered():
-            return Problem.of("webhook-not-delivered", "Webhook not delivered", 424, str(error))
+            return Problem.of(ProblemType.WEBHOOK_NOT_DELIVERED, str(error))
         case Gone():
-            return Problem.of(error.slug, error.title, 410, str(error))
+            return Problem.of(error.type, str(error))
     return _store_failed(error) or _unforeseen(record)
 
 
@@ -307,13 +304,13 @@ def _timed_out(record: JobRecord) -> str:
 def _store_failed(error: Exception | JobTimedOut) -> Problem | None:
     if isinstance(error, BlobsFull):
         detail = "There is no space left to store what this makes; try again later."
-        return Problem.of("storage-full", "Storage full", 507, detail)
+        return Problem.of(ProblemType.STORAGE_FULL, detail)
     if isinstance(error, QuotaExceeded):
-        return Problem.of("quota-exceeded", "Quota used up", 507, error.detail)
+        return Problem.of(ProblemType.QUOTA_EXCEEDED, error.detail)
     if isinstance(error, BlobLost):
         lost = f"The stored content that this needs is {error.reason}"
         detail = f"{lost}; delete it, and upload or request it"
-        return Problem.of("content-lost", "Content lost", 410, f"{detail} again.")
+        return Problem.of(ProblemType.CONTENT_LOST, f"{detail} again.")
     return store_away() if isinstance(error, BlobError) else None
 
 
@@ -322,9 +319,7 @@ def _impossible(error: OptionError, record: JobRecord) -> Problem:
     # A picture or file of a result is requested by its path.
     place = "path" if record.kind is JobKind.PICTURE else "body"
     return Problem.of(
-        "invalid-option",
-        "Impossible parameters",
-        422,
+        ProblemType.INVALID_OPTION,
         f"{field}: {error.message}",
         errors=(FieldProblem(field=f"{place}.{field}", message=error.message),),
     )
@@ -332,15 +327,15 @@ def _impossible(error: OptionError, record: JobRecord) -> Problem:
 
 def _unforeseen(record: JobRecord) -> Problem:
     if record.kind in UNUSABLE:
-        slug, title = UNUSABLE[record.kind]
-        detail = f"The file cannot be read: {title[:1].lower()}{title[1:]}."
-        return Problem.of(slug, title, 422, detail)
+        unusable = UNUSABLE[record.kind]
+        detail = f"The file cannot be read: {unusable.title[:1].lower()}{unusable.title[1:]}."
+        return Problem.of(unusable, detail)
     return _internal(record.id)
 
 
 def _internal(job_id: str) -> Problem:
     detail = f"Something went wrong on our side; the logs of job {job_id} say what."
-    return Problem.of("internal-error", "Internal error", 500, detail)
+    return Problem.of(ProblemType.INTERNAL_ERROR, detail)
 
 
 def _asked(field: str, record: JobRecord) -> str:

@@ -71,8 +71,8 @@ def _require_keys(schema: dict[str, Any]) -> None:
         if path.startswith(PROTECTED + "/"):
             for call in calls.values():
                 call["security"] = [{"apiKey": []}, {}]
-                refused = responses(Unauthorized)[Unauthorized.status]
-                call["responses"][str(Unauthorized.status)] = refused
+                refused = responses(Unauthorized)[Unauthorized.type.status]
+                call["responses"][str(Unauthorized.type.status)] = refused
 
 
 def _mark_files(node: Any) -> None:

@@ -17,6 +17,7 @@ from broker.contracts import (
     MatchParameters,
     MatchPayload,
     Problem,
+    ProblemType,
     Progress,
     ShapeRecord,
     SpectrumKey,
@@ -39,7 +40,7 @@ from broker.store import (
 from tests.worker.records import CREATED, shape_record
 from worker.settings import WorkerSettings
 
-BROKEN = Problem.of("broken", "Broken", 500, "it broke")
+BROKEN = Problem.of(ProblemType.INTERNAL_ERROR, "it broke")
 
 
 def match_job() -> JobRecord:

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import httpx2
 import pytest
 
-from broker.contracts import Problem, shape_id
+from broker.contracts import Problem, ProblemType, shape_id
 from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
@@ -143,7 +143,7 @@ def test_so_many_jobs_and_no_more(http: httpx2.Client, api: Api) -> None:
     assert api.store.jobs.claim(jobs[0]["id"], "me")
     http.delete(jobs[1]["links"]["self"])
     assert [ask(http).status_code for _ in range(3)] == [202, 202, 429]
-    api.store.jobs.lose(jobs[0]["id"], 1, Problem.of("lost", "Lost", 500, "lost"))
+    api.store.jobs.lose(jobs[0]["id"], 1, Problem.of(ProblemType.WORKER_LOST, "lost"))
     http.delete(jobs[2]["links"]["self"])
     assert ask(http).status_code == 429
     assert len(listed(http)) == LIMIT + 2

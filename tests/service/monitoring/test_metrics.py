@@ -14,7 +14,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from rq import Worker
 from rq.utils import utcformat
 
-from broker.contracts import JobKind, Problem
+from broker.contracts import JobKind, Problem, ProblemType
 from broker.queue import WORKER_TIMEOUT
 from broker.store import BUCKET_BOUNDS
 from service.settings import Settings
@@ -74,12 +74,12 @@ def test_jobs_are_counted_from_their_queue_to_their_end(
     for job in jobs[1:4]:
         api.store.jobs.claim(job, "me")
     api.store.jobs.succeed(jobs[1], "me", b"{}")
-    api.store.jobs.fail(jobs[2], "me", Problem.of("timed-out", "x", 422, "x"))
-    api.store.jobs.lose(jobs[3], 0, Problem.of("worker-lost", "x", 500, "x"))
+    api.store.jobs.fail(jobs[2], "me", Problem.of(ProblemType.TIMED_OUT, "x"))
+    api.store.jobs.lose(jobs[3], 0, Problem.of(ProblemType.WORKER_LOST, "x"))
     for job in jobs[:4]:
         # What has ended has ended once.
         api.store.jobs.cancel(job)
-        api.store.jobs.lose(job, 0, Problem.of("worker-lost", "x", 500, "x"))
+        api.store.jobs.lose(job, 0, Problem.of(ProblemType.WORKER_LOST, "x"))
     told = samples(http)
     ends = {"succeeded": 1, "cancelled": 1, "failed": 2}
     for state, count in ends.items():

@@ -15,7 +15,7 @@ import httpx2
 import pytest
 import trimesh
 
-from broker.contracts import Problem
+from broker.contracts import Problem, ProblemType
 from broker.store import Durability
 from service.dependencies import UPLOADS_AT_ONCE
 from service.standalone import EmbeddedServer
@@ -360,7 +360,7 @@ def test_an_upload_that_takes_long_is_answered_before(server: EmbeddedServer) ->
         assert fresh.status_code == 202
         assert fresh.json()["id"] != job["id"]
         # Refused after the sender was told to ask again, it is refused when he asks.
-        stated = Problem.of("unusable-mesh", "Not a usable mesh", 422, "the file lies")
+        stated = Problem.of(ProblemType.UNUSABLE_MESH, "the file lies")
         assert api.store.jobs.claim(fresh.json()["id"], "me")
         api.store.jobs.fail(fresh.json()["id"], "me", stated)
         refused = problem(http.get(fresh.headers["location"]), 422, "unusable-mesh")

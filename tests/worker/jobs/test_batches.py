@@ -19,6 +19,7 @@ from broker.contracts import (
     JobState,
     MatchParameters,
     Problem,
+    ProblemType,
     Progress,
 )
 from broker.queue import JobQueue, new_job
@@ -106,7 +107,7 @@ def test_recovery_goes_on_with_a_batch_that_everybody_left(queue: JobQueue) -> N
     jobs, client = queue.store.jobs, queue.store.client
     # The process that submitted it died at once, and so did each that ended a match.
     batch = queue.submit(new_job(of("a", ["b", "c"], MatchParameters())))
-    reason = Problem.of("worker-lost", "Lost", 500, "It is lost.")
+    reason = Problem.of(ProblemType.WORKER_LOST, "It is lost.")
     for place in (1, 2):
         assert queued(queue) == [f"{batch.id}-{place}"]
         client.delete(queue.rq.current.key)

@@ -25,6 +25,7 @@ from broker.contracts import (
     MatchParameters,
     MatchPayload,
     Problem,
+    ProblemType,
     RequestOrigin,
     SpectrumPayload,
     Webhook,
@@ -41,7 +42,7 @@ SECRET = "a secret of more than sixteen letters"
 SETTINGS = WebhookSettings.model_validate(
     {"webhook_networks": "127.0.0.0/8", "webhook_pause": 0.01, "webhook_attempts": 3}
 )
-LOST = Problem.of("worker-lost", "Lost", 500, "its process is gone")
+LOST = Problem.of(ProblemType.WORKER_LOST, "its process is gone")
 
 Asked = Callable[..., str]
 
@@ -155,7 +156,7 @@ def test_every_end_state_is_delivered(queue: JobQueue, receiver: Receiver, way: 
     assert go_round(queue) == 0
     match way:
         case "failed":
-            queue.store.jobs.fail(job, "me", Problem.of("timed-out", "Slow", 422, "too slow"))
+            queue.store.jobs.fail(job, "me", Problem.of(ProblemType.TIMED_OUT, "too slow"))
         case "lost":
             queue.store.jobs.lose(job, 0, LOST)
         case _:
