@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Self
 
 from redis.client import Pipeline
-from redis.exceptions import WatchError
 
 from broker.contracts import (
     BatchPayload,
@@ -30,7 +29,7 @@ from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spec
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import QuotaExceeded, Store
+from broker.store import BlobReference, QuotaExceeded, Store, transact
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
@@ -134,33 +133,36 @@ class JobQueue:
         QuotaExceeded
             The tenant has as many shapes or bytes as it may have.
         """
-        record, stored = new_job(payload, context), None
+        record = new_job(payload, context)
+        stored: BlobReference | None = None
         is_shape = isinstance(payload, ValidationPayload)
         self.store.quotas.check(len(data), is_shape)
         uploads, named = self.store.uploads, (payload.upload, payload.file_type)
-        with self.store.client.pipeline() as pipe:
-            while True:
-                holder = self._live_job(self.store.keys.candidate_job(*named), pipe)
-                if holder is not None:
-                    # A candidate that was put for nothing is left to the sweep: if the reply to
-                    # the transaction was lost, the holder may be this very job.
-                    return holder
-                stored = stored or uploads.put_candidate(*named, data, record.id)
-                try:
-                    # Once more, in the transaction: others may have been taken meanwhile.
-                    self.store.quotas.check(len(data), is_shape, pipe)
-                    self.rq.enqueue(record, pipe)
-                    self.store.jobs.create(record, pipe)
-                    uploads.add_candidate(*named, stored, record.id, pipe)
-                    pipe.execute()
-                except WatchError:
-                    # An equal upload was first, or the tenant got something else.
-                    continue
-                except QuotaExceeded:
-                    uploads.discard_candidate(*named, stored, record.id)
-                    raise
-                _log_queued(record)
-                return record.id
+
+        def attempt(pipe: Pipeline) -> str:
+            nonlocal stored
+            holder = self._live_job(self.store.keys.candidate_job(*named), pipe)
+            if holder is not None:
+                # A candidate that was put for nothing is left to the sweep: if the reply to the
+                # transaction was lost, the holder may be this very job.
+                return holder
+            stored = stored or uploads.put_candidate(*named, data, record.id)
+            try:
+                # Once more, in the transaction: others may have been taken meanwhile.
+                self.store.quotas.check(len(data), is_shape, pipe)
+            except QuotaExceeded:
+                uploads.discard_candidate(*named, stored, record.id)
+                raise
+            self.rq.enqueue(record, pipe)
+            self.store.jobs.create(record, pipe)
+            uploads.add_candidate(*named, stored, record.id, pipe)
+            return record.id
+
+        # Repeated if an equal upload was first, or if the tenant got something else.
+        holder = transact(self.store.client, attempt)
+        if holder == record.id:
+            _log_queued(record)
+        return holder
 
     def submit_picture(self, payload: PicturePayload, context: RequestOrigin = NO_REQUEST) -> str:
         """Queue the drawing of a picture unless it is being drawn; return the job that draws it."""
@@ -303,43 +305,41 @@ class JobQueue:
 
     def _submit(self, record: JobRecord, idempotency: IdempotencyRecord | None) -> JobRecord:
         """Store an admitted job and queue it; return that of an equal request that was first."""
-        with self.store.client.pipeline() as pipe:
-            while True:
-                if idempotency is not None:
-                    pipe.watch(self.store.keys.job(record.id))
-                    known = self.store.jobs.get(record.id)
-                    if known is not None:
-                        return known
-                try:
-                    # First, because RQ begins the transaction itself.
-                    self._enqueue(record, pipe)
-                    self.store.jobs.create(record, pipe)
-                    if idempotency is not None:
-                        self.store.admission.remember(idempotency, record.id, pipe)
-                    pipe.execute()
-                except WatchError:
-                    # An equal request was first.
-                    continue
-                _log_queued(record)
-                return record
+
+        def attempt(pipe: Pipeline) -> JobRecord:
+            if idempotency is not None:
+                pipe.watch(self.store.keys.job(record.id))
+                known = self.store.jobs.get(record.id)
+                if known is not None:
+                    return known
+            # First, because RQ begins the transaction itself.
+            self._enqueue(record, pipe)
+            self.store.jobs.create(record, pipe)
+            if idempotency is not None:
+                self.store.admission.remember(idempotency, record.id, pipe)
+            return record
+
+        submitted = transact(self.store.client, attempt)
+        if submitted is record:
+            _log_queued(record)
+        return submitted
 
     def _submit_once(self, record: JobRecord, marker: str) -> str:
         """Queue a job unless the one that a key names has not ended; return that one's id."""
-        with self.store.client.pipeline() as pipe:
-            while True:
-                holder = self._live_job(marker, pipe)
-                if holder is not None:
-                    return holder
-                try:
-                    self.rq.enqueue(record, pipe)
-                    self.store.jobs.create(record, pipe)
-                    pipe.set(marker, record.id, ex=_MARKED_SECONDS)
-                    pipe.execute()
-                except WatchError:
-                    # Another one was first.
-                    continue
-                _log_queued(record)
-                return record.id
+
+        def attempt(pipe: Pipeline) -> str:
+            holder = self._live_job(marker, pipe)
+            if holder is not None:
+                return holder
+            self.rq.enqueue(record, pipe)
+            self.store.jobs.create(record, pipe)
+            pipe.set(marker, record.id, ex=_MARKED_SECONDS)
+            return record.id
+
+        holder = transact(self.store.client, attempt)
+        if holder == record.id:
+            _log_queued(record)
+        return holder
 
     def _drawing(self, payload: PicturePayload) -> str:
         """Key that names the job that draws a picture."""

@@ -34,6 +34,7 @@ from broker.store.replies import text
 from broker.store.results import Results
 from broker.store.shapes import Shapes
 from broker.store.spectra import Spectra, SpectrumCounts
+from broker.store.transactions import transact
 from broker.store.uploads import CandidateGone, Uploads
 from broker.store.webhooks import Webhooks
 
@@ -87,6 +88,7 @@ __all__ = [
     "pieces",
     "renewed",
     "text",
+    "transact",
 ]
 
 

@@ -14,10 +14,10 @@ from typing import Final, TypeVar
 
 from redis import Redis
 from redis.client import Pipeline
-from redis.exceptions import WatchError
 
 from broker.store.keys import Keys
 from broker.store.replies import text
+from broker.store.transactions import transact
 
 KEY_PREFIX: Final = "isomatch_"
 """What a created key begins with, so that it is recognised where it does not belong."""
@@ -135,22 +135,20 @@ class ApiKeys:
 
     def _change(self, change: Callable[[list[StoredKey], Pipeline], ResultT]) -> ResultT:
         """Change the keys in one transaction, and delete those that have expired."""
-        with self.client.pipeline() as pipe:
-            while True:
-                pipe.watch(Keys.API_KEYS)
-                stored = _read(self.client.hgetall(Keys.API_KEYS).values())
-                now = datetime.now(UTC)
-                pipe.multi()
-                for one in stored:
-                    if not one.valid(now):
-                        pipe.hdel(Keys.API_KEYS, one.digest)
-                answer = change([one for one in stored if one.valid(now)], pipe)
-                pipe.set(Keys.API_KEYS_EVER, b"1")
-                try:
-                    pipe.execute()
-                except WatchError:
-                    continue
-                return answer
+
+        def attempt(pipe: Pipeline) -> ResultT:
+            pipe.watch(Keys.API_KEYS)
+            stored = _read(self.client.hgetall(Keys.API_KEYS).values())
+            now = datetime.now(UTC)
+            pipe.multi()
+            for one in stored:
+                if not one.valid(now):
+                    pipe.hdel(Keys.API_KEYS, one.digest)
+            answer = change([one for one in stored if one.valid(now)], pipe)
+            pipe.set(Keys.API_KEYS_EVER, b"1")
+            return answer
+
+        return transact(self.client, attempt)
 
 
 def _named(known: list[StoredKey], tenant: str, name: str) -> list[StoredKey]:
