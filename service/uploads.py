@@ -6,7 +6,7 @@ it becomes.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Generic, Protocol, TypeVar
+from typing import Annotated, Any, Final, Generic, TypeVar
 
 from fastapi import Depends, Form, Request, Response, UploadFile
 from pydantic import AfterValidator, BaseModel
@@ -22,7 +22,7 @@ from broker.contracts import (
     ShapeRecord,
     UploadPayload,
 )
-from broker.store import Keys, RecordLost, Store
+from broker.store import Keys, RecordLost, RecordStore, Store
 from broker.telemetry import logger
 from service.dependencies import CallContext, Service
 from service.http import (
@@ -46,7 +46,6 @@ from service.jobs import IdempotencyKey, Job
 from service.names import LONGEST, showable
 
 RecordT = TypeVar("RecordT", ShapeRecord, PrototypeRecord, AttributesRecord)
-KeptT = TypeVar("KeptT", covariant=True)
 
 UploadName = Annotated[
     Annotated[str, AfterValidator(showable)] | None,
@@ -90,16 +89,6 @@ class UploadContext(CallContext):
 UploadContextOf = Annotated[UploadContext, Depends()]
 
 
-class _Records(Protocol[KeptT]):
-    """The part of the store that keeps what uploads of one kind become."""
-
-    def get(self, record_id: str, /) -> KeptT | None: ...
-
-    def use(self, record_id: str, /) -> KeptT | None: ...
-
-    def lost(self, record_id: str, /) -> bool: ...
-
-
 @dataclass(frozen=True)
 class UploadKind(Generic[RecordT]):
     """One kind of uploads.
@@ -123,7 +112,7 @@ class UploadKind(Generic[RecordT]):
     noun: str
     path: str
     location: str
-    records: Callable[[Store], _Records[RecordT]]
+    records: Callable[[Store], RecordStore[RecordT]]
     key: Callable[[Keys, str], str]
     deleted: type[ApiProblem]
 

@@ -29,6 +29,7 @@ from broker.store.leases import renewed
 from broker.store.listings import InvalidCursor, Listing, Page
 from broker.store.prototypes import Prototypes
 from broker.store.quotas import Quota, QuotaExceeded, Quotas
+from broker.store.record_store import RecordStore
 from broker.store.records import NewerRecord
 from broker.store.replies import text
 from broker.store.results import Results
@@ -73,6 +74,7 @@ __all__ = [
     "QuotaExceeded",
     "Quotas",
     "RecordLost",
+    "RecordStore",
     "Results",
     "Shapes",
     "Spectra",

@@ -2,57 +2,41 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from typing import cast
 
-from redis import Redis
 from redis.client import Pipeline
-from redis.exceptions import WatchError
 
 from broker.contracts import ARCHIVE_TYPE, PrototypeRecord
-from broker.store.blobs import BlobReference, Blobs
-from broker.store.connections import StoreSettings
-from broker.store.keys import DEFAULT_KEYS, Keys
-from broker.store.listings import Listing, Page
-from broker.store.quotas import QuotaExceeded, Quotas
-from broker.store.records import read_record, readable_records
+from broker.store.blobs import BlobReference
+from broker.store.listings import Page
+from broker.store.quotas import QuotaExceeded
+from broker.store.record_store import Layout, RecordStore
 from broker.store.uploads import delete_candidate, watch_candidate
 
 
 @dataclass(frozen=True)
-class Prototypes:
+class Prototypes(RecordStore[PrototypeRecord]):
     """The stored prototypes.
 
     A prototype is its archive: the same bytes are the same prototype, with the name and the version
-    of their first upload. Another archive of that name is its next version.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        Times to live.
-    blobs
-        The bytes.
-    keys
-        The tenant's keys.
+    of their first upload. Another archive of that name is its next version, and no version is used
+    again after a deletion.
     """
 
-    client: Redis
-    settings: StoreSettings
-    blobs: Blobs
-    keys: Keys = DEFAULT_KEYS
-
-    def get(self, prototype_id: str) -> PrototypeRecord | None:
-        """Return the record of a prototype, or None if it does not exist."""
-        data = self.client.get(self.keys.prototype(prototype_id))
-        return None if data is None else read_record(PrototypeRecord, data)
+    @property
+    def layout(self) -> Layout[PrototypeRecord]:
+        """Where the prototypes are."""
+        keys = self.keys
+        contents = keys.prototype_archive, keys.prototype_geometry
+        tombstone, listing = keys.prototype_tombstone, keys.prototypes
+        return Layout(PrototypeRecord, keys.prototype, tombstone, contents, listing)
 
     def use(self, prototype_id: str) -> PrototypeRecord | None:
         """Return the record of a prototype, and extend its life."""
         record = self.get(prototype_id)
         if record is not None:
             with self.client.pipeline() as pipe:
-                self._extend(record, pipe)
+                self._extend_all(record, pipe)
                 pipe.execute()
         return record
 
@@ -65,14 +49,6 @@ class Prototypes:
         """Return the points and a surface of a prototype, JSON in gzip, and keep it for longer."""
         self.use(prototype_id)
         return self.blobs.get(self.keys.prototype_geometry(prototype_id))
-
-    def lost(self, prototype_id: str) -> bool:
-        """Whether the blob store has lost bytes of a prototype."""
-        return self.blobs.lost(self._bytes_of(prototype_id))
-
-    def expired(self, prototype_id: str) -> bool:
-        """Whether a prototype that does not exist has expired (and was not deleted)."""
-        return bool(self.client.exists(self.keys.prototype_tombstone(prototype_id)))
 
     def page(
         self, limit: int, cursor: str | None, name: str | None = None
@@ -90,9 +66,7 @@ class Prototypes:
             # An expired prototype may have been stored again under another name.
             return name in (None, record.name)
 
-        listing = Listing(self.client, key, self.keys.prototype)
-        fetch = partial(readable_records, self.client, PrototypeRecord, key=self.keys.prototype)
-        return listing.page(limit, cursor, fetch, matches)
+        return self._page(key, limit, cursor, matches)
 
     def add(
         self,
@@ -134,34 +108,33 @@ class Prototypes:
         # transaction whose reply was lost.
         contents = zip(self._bytes_of(record.id), (archive, geometry), strict=True)
         parts = self.blobs.put_all(dict(contents))
-        with self.client.pipeline() as pipe:
-            while True:
-                pipe.watch(key, self.keys.prototype_versions(name), *parts)
-                for candidate in candidates:
-                    watch_candidate(candidate, pipe)
-                known = self.get(record.id)
-                last = int(self.client.get(self.keys.prototype_versions(name)) or 0)
-                is_lost = known is None or self.lost(record.id)
-                stored = known or record.model_copy(update={"version": last + 1})
-                try:
-                    if known is None:
-                        self._check_quota(parts, archive if candidates else b"", pipe)
-                    pipe.multi()
-                    for candidate in candidates:
-                        self.blobs.look_up(candidate, pipe)
-                    if known is None:
-                        self._put(stored, pipe)
-                    if is_lost:
-                        for part, reference in parts.items():
-                            self.blobs.link(part, reference, pipe)
-                    self._extend(stored, pipe)
-                    if job_id is not None:
-                        delete_candidate(self.keys, record.id, ARCHIVE_TYPE, job_id, pipe)
-                    validated = pipe.execute()
-                except WatchError:
-                    # Another prototype of this name, or the same, was stored meanwhile.
-                    continue
-                break
+        stored = record
+
+        def attempt(pipe: Pipeline) -> None:
+            nonlocal stored
+            pipe.watch(key, self.keys.prototype_versions(name), *parts)
+            for candidate in candidates:
+                watch_candidate(candidate, pipe)
+            known = self.get(record.id)
+            last = int(self.client.get(self.keys.prototype_versions(name)) or 0)
+            is_lost = known is None or self.lost(record.id)
+            stored = known or record.model_copy(update={"version": last + 1})
+            if known is None:
+                self._check_quota(parts, archive if candidates else b"", pipe)
+            pipe.multi()
+            for candidate in candidates:
+                self.blobs.look_up(candidate, pipe)
+            if known is None:
+                self._put(stored, pipe)
+            if is_lost:
+                for part, reference in parts.items():
+                    self.blobs.link(part, reference, pipe)
+            self._extend_all(stored, pipe)
+            if job_id is not None:
+                delete_candidate(self.keys, record.id, ARCHIVE_TYPE, job_id, pipe)
+
+        # Repeated if another prototype of this name, or the same, was stored meanwhile.
+        validated = cast(list[object], self.client.transaction(attempt))
         self.blobs.discard(zip(candidates, validated, strict=False))
         return stored
 
@@ -171,43 +144,26 @@ class Prototypes:
         # The candidate has been counted, and is deleted.
         size = sum(reference.size for reference in parts.values()) - len(candidate)
         try:
-            Quotas(self.client, self.settings, self.keys).check(size, pipe=pipe)
+            self.quotas.check(size, pipe=pipe)
         except QuotaExceeded:
             self.blobs.discard(parts.items())
             raise
 
-    def delete(self, prototype_id: str) -> bool:
-        """Delete a prototype; False if it did not exist. Its version is not used again."""
-        record, names = self.get(prototype_id), self._bytes_of(prototype_id)
-        with self.client.pipeline() as pipe:
-            pipe.delete(self.keys.prototype(prototype_id))
-            for name in names:
-                self.blobs.look_up(name, pipe)
-            pipe.delete(self.keys.prototype_tombstone(prototype_id))
-            pipe.zrem(self.keys.prototypes, prototype_id)
-            self.blobs.unlink(names, pipe)
-            if record is not None:
-                pipe.zrem(self.keys.prototypes_named(record.name), prototype_id)
-            existed, *stored = pipe.execute(raise_on_error=False)
-        self.blobs.discard(zip(names, stored, strict=False))
-        return bool(existed)
-
     def _put(self, record: PrototypeRecord, pipe: Pipeline) -> None:
-        created = record.created.timestamp()
-        pipe.set(self.keys.prototype(record.id), record.model_dump_json())
-        pipe.set(self.keys.prototype_tombstone(record.id), b"")
+        super()._put(record, pipe)
         pipe.set(self.keys.prototype_versions(record.name), record.version)
-        pipe.zadd(self.keys.prototypes, {record.id: created})
-        pipe.zadd(self.keys.prototypes_named(record.name), {record.id: created})
+        named = self.keys.prototypes_named(record.name)
+        pipe.zadd(named, {record.id: record.created.timestamp()})
 
-    def _extend(self, record: PrototypeRecord, pipe: Pipeline) -> None:
-        ttl, longer = self.settings.shape_ttl, self.settings.shape_ttl + self.settings.trace_ttl
-        for key in (self.keys.prototype, self.keys.prototype_archive, self.keys.prototype_geometry):
-            pipe.expire(key(record.id), ttl)
+    def _unlist(self, record_id: str, pipe: Pipeline) -> None:
+        super()._unlist(record_id, pipe)
+        record = self.get(record_id)
+        if record is not None:
+            pipe.zrem(self.keys.prototypes_named(record.name), record_id)
+
+    def _extend_all(self, record: PrototypeRecord, pipe: Pipeline) -> None:
+        self._extend(record.id, pipe)
         # What belongs to a name outlives the last prototype that has it.
-        pipe.expire(self.keys.prototype_tombstone(record.id), longer)
+        longer = self.settings.shape_ttl + self.settings.trace_ttl
         pipe.expire(self.keys.prototypes_named(record.name), longer)
         pipe.expire(self.keys.prototype_versions(record.name), longer)
-
-    def _bytes_of(self, prototype_id: str) -> tuple[str, str]:
-        return self.keys.prototype_archive(prototype_id), self.keys.prototype_geometry(prototype_id)

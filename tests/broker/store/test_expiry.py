@@ -210,7 +210,7 @@ def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
     def die(*_: object) -> None:
         raise SystemExit
 
-    monkeypatch.setattr("broker.store.shapes.delete_candidate", die)
+    monkeypatch.setattr("broker.store.record_store.delete_candidate", die)
     with pytest.raises(SystemExit):
         shapes.accept(shape_record(SHAPE), b"data", b"m", b"g", job)
     left = queue.store.client.ttl(DEFAULT_KEYS.candidate(SHAPE, "off", job))
