@@ -1,6 +1,6 @@
 """The store: shapes, prototypes, jobs, results, spectra; records in Redis, large bytes as blobs."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Self
 
 from redis import Redis
@@ -133,7 +133,7 @@ class Store:
     durability: Durability
     api_keys: ApiKeys
     quotas: Quotas
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     @classmethod
     def open(
@@ -191,23 +191,37 @@ class Store:
                 CACHE_TIMEOUT,
                 CACHE_BACKOFF_INTERVAL,
             )
+        durability = Durability(client, max(retry_seconds, LEAST_WAIT))
+        return cls._assemble(client, cache, settings, blobs, durability, DEFAULT_KEYS)
+
+    @classmethod
+    def _assemble(
+        cls,
+        client: Redis,
+        cache: Redis,
+        settings: StoreSettings,
+        blobs: Blobs,
+        durability: Durability,
+        keys: Keys,
+    ) -> Self:
         return cls(
             client,
             blobs,
-            Shapes(client, settings, blobs),
-            Prototypes(client, settings, blobs),
-            Attributes(client, settings, blobs),
-            Uploads(client, settings, blobs),
-            Jobs(client, settings, blobs),
-            Results(client, settings, blobs),
-            Admission(client),
-            Chunks(client, settings),
-            Spectra(cache, client, settings),
+            Shapes(client, settings, blobs, keys),
+            Prototypes(client, settings, blobs, keys),
+            Attributes(client, settings, blobs, keys),
+            Uploads(client, settings, blobs, keys),
+            Jobs(client, settings, blobs, keys),
+            Results(client, settings, blobs, keys),
+            Admission(client, keys),
+            Chunks(client, settings, keys),
+            Spectra(cache, client, settings, keys),
             Counters(client),
-            Webhooks(client),
-            Durability(client, max(retry_seconds, LEAST_WAIT)),
+            Webhooks(client, keys),
+            durability,
             ApiKeys(client),
-            Quotas(client, settings),
+            Quotas(client, settings, keys),
+            keys,
         )
 
     def of(self, tenant: str) -> Self:
@@ -215,21 +229,8 @@ class Store:
         keys = Keys(tenant)
         if keys == self.keys:
             return self
-        return replace(
-            self,
-            shapes=replace(self.shapes, keys=keys),
-            prototypes=replace(self.prototypes, keys=keys),
-            attributes=replace(self.attributes, keys=keys),
-            uploads=replace(self.uploads, keys=keys),
-            jobs=replace(self.jobs, keys=keys),
-            results=replace(self.results, keys=keys),
-            admission=replace(self.admission, keys=keys),
-            chunks=replace(self.chunks, keys=keys),
-            spectra=replace(self.spectra, keys=keys),
-            webhooks=replace(self.webhooks, keys=keys),
-            quotas=replace(self.quotas, keys=keys),
-            keys=keys,
-        )
+        cache, settings = self.spectra.cache, self.spectra.settings
+        return self._assemble(self.client, cache, settings, self.blobs, self.durability, keys)
 
     def tenants(self) -> list[str]:
         """Return the names of all tenants that have had jobs, and of the default one."""

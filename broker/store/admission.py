@@ -9,7 +9,7 @@ from redis.client import Pipeline
 
 from broker.contracts import IdempotencyRecord
 from broker.store import scripts
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.replies import text
 
 RESERVATION_SECONDS: Final = 60
@@ -49,7 +49,7 @@ class Admission:
     """
 
     client: Redis
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     def job_of(self, idempotency: IdempotencyRecord) -> str | None:
         """Return the job of an equal request, or None if there was no such request.

@@ -21,7 +21,7 @@ from redis.client import Pipeline
 from broker.contracts import STAGES, JobState
 from broker.store import scripts
 from broker.store.connections import DAY, StoreSettings
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.replies import blob, text
 
 _LEAST_TTL: Final = 30 * DAY
@@ -103,7 +103,7 @@ class Chunks:
 
     client: Redis
     settings: StoreSettings
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     @property
     def _ttl(self) -> int:

@@ -70,7 +70,7 @@ class Jobs:
     client: Redis
     settings: StoreSettings
     blobs: Blobs
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     def create(self, record: JobRecord, pipe: Pipeline) -> None:
         """Store a new, queued job, as part of a transaction."""

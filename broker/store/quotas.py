@@ -13,7 +13,7 @@ from redis.client import Pipeline
 
 from broker.store import scripts
 from broker.store.connections import StoreSettings
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.replies import text
 
 
@@ -76,7 +76,7 @@ class Quotas:
 
     client: Redis
     settings: StoreSettings
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     def get(self) -> Quota:
         """Return the tenant's quota."""

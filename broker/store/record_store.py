@@ -12,7 +12,7 @@ from redis.client import Pipeline
 from broker.contracts import AttributesRecord, PrototypeRecord, ShapeRecord
 from broker.store.blobs import BlobReference, Blobs
 from broker.store.connections import StoreSettings
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.listings import Listing, Page
 from broker.store.quotas import QuotaExceeded, Quotas
 from broker.store.records import read_record, readable_records
@@ -63,7 +63,7 @@ class RecordStore(ABC, Generic[RecordT]):
     client: Redis
     settings: StoreSettings
     blobs: Blobs
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     @property
     @abstractmethod

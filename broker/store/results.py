@@ -9,7 +9,7 @@ from redis import Redis
 from broker.contracts import MatchSummary, PicturePayload
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.quotas import Quotas
 from broker.store.replies import text
 
@@ -33,7 +33,7 @@ class Results:
     client: Redis
     settings: StoreSettings
     blobs: Blobs
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     def document(self, job_id: str) -> bytes | None:
         """Return the result of a job, JSON in gzip."""

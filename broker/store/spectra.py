@@ -22,7 +22,7 @@ from broker.contracts import SpectrumKey
 from broker.store import scripts
 from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.leases import renewed
 from broker.store.replies import blob, text
 from broker.telemetry import logger
@@ -68,7 +68,7 @@ class Spectra:
     cache: Redis
     client: Redis
     settings: StoreSettings
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
     circuit: CircuitBreaker = field(init=False)
 
     def __post_init__(self) -> None:

@@ -8,7 +8,7 @@ from redis.client import Pipeline
 from broker.store import scripts
 from broker.store.blobs import BlobReference, Blobs
 from broker.store.connections import StoreSettings
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.replies import text
 
 
@@ -35,7 +35,7 @@ class Uploads:
     client: Redis
     settings: StoreSettings
     blobs: Blobs
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     def put_candidate(
         self, upload_id: str, file_type: str, data: bytes, job_id: str

@@ -7,7 +7,7 @@ from redis import Redis
 
 from broker.contracts import Delivery
 from broker.store import scripts
-from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.keys import Keys
 from broker.store.replies import text
 
 
@@ -26,7 +26,7 @@ class Webhooks:
     """
 
     client: Redis
-    keys: Keys = DEFAULT_KEYS
+    keys: Keys
 
     def due(self, now: float, most: int) -> list[tuple[str, float]]:
         """Return jobs whose webhook is due, and since when, the earliest first."""

@@ -229,7 +229,7 @@ class StoredTwice(Shapes):
 
 
 def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
-    shapes = StoredTwice(store.client, store.shapes.settings, store.blobs)
+    shapes = StoredTwice(store.client, store.shapes.settings, store.blobs, store.keys)
     queue = JobQueue(replace(store, shapes=shapes), QueueSettings())
     data = blob_file(1)
     payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")

@@ -350,7 +350,7 @@ def test_equal_uploads_at_the_same_time_have_one_job(store: Store) -> None:
 
 
 def small_cache(store: Store, settings: WorkerSettings, **changes: int) -> Spectra:
-    return Spectra(store.client, store.client, settings.model_copy(update=changes))
+    return Spectra(store.client, store.client, settings.model_copy(update=changes), store.keys)
 
 
 def test_the_cache_evicts_the_least_recently_used(store: Store, settings: WorkerSettings) -> None:

@@ -79,8 +79,8 @@ def test_a_shape_that_is_deleted_meanwhile_is_not_there(server: EmbeddedServer) 
     with idle_api(server) as api:
         name, _ = put_shapes(api)
         settings = Settings()
-        store = replace(
-            api.store, shapes=DeletedMeanwhile(api.store.client, settings, api.store.blobs)
-        )
+        kept = api.store
+        shapes = DeletedMeanwhile(kept.client, settings, kept.blobs, kept.keys)
+        store = replace(kept, shapes=shapes)
         with pytest.raises(ShapeNotFound):
             get_geometry(name, Service(settings, store, JobQueue(store, settings)))
