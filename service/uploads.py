@@ -4,25 +4,23 @@ An upload that takes long to validate is answered with its job (202); the client
 it becomes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Generic, TypeVar
+from typing import Annotated, Any, Final, Generic
 
 from fastapi import Depends, Form, Request, Response, UploadFile
 from pydantic import AfterValidator, BaseModel
 from starlette.concurrency import run_in_threadpool
 
 from broker.contracts import (
-    AttributesRecord,
     FieldProblem,
     IdempotencyRecord,
     JobRecord,
     JobState,
     PrototypeRecord,
-    ShapeRecord,
     UploadPayload,
 )
-from broker.store import Keys, RecordLost, RecordStore, Store
+from broker.store import Keys, RecordLost
 from broker.telemetry import logger
 from service.dependencies import CallContext, Service
 from service.http import (
@@ -37,15 +35,15 @@ from service.http import (
     QuotaUsedUp,
     Reported,
     StorageFull,
+    UnsupportedFormat,
     UploadCancelled,
     UploadTooLarge,
     responses,
     short,
 )
 from service.jobs import IdempotencyKey, Job
-from service.names import LONGEST, showable
-
-RecordT = TypeVar("RecordT", ShapeRecord, PrototypeRecord, AttributesRecord)
+from service.names import LONGEST, base_name, showable
+from service.records import RecordKind, RecordT
 
 UploadName = Annotated[
     Annotated[str, AfterValidator(showable)] | None,
@@ -79,6 +77,26 @@ KnownPartsOnce: Final = Depends(_known_parts_once)
 """Refuses a form with other parts, or with a part twice: what they are for would be ignored."""
 
 
+def name_and_type(
+    file: UploadFile, name: str | None, type_of: Callable[[str], str | None], types: Sequence[str]
+) -> tuple[str, str]:
+    """Return the name of an upload, by default that of its file, and the type of the file.
+
+    Raises
+    ------
+    UnsupportedFormat
+        The type is not one of `types`, which `type_of` returns for the name of a file.
+    """
+    filename = base_name(file.filename or "")
+    file_type = type_of(filename)
+    if file_type is None:
+        raise UnsupportedFormat(
+            f"The file name {filename[:100]!r} ends in no supported format; use one of"
+            f" {', '.join('.' + ending for ending in types)}."
+        )
+    return (name or "").strip() or filename[:LONGEST], file_type
+
+
 @dataclass(frozen=True)
 class UploadContext(CallContext):
     """The request that sends an upload, and the service that receives it."""
@@ -95,24 +113,21 @@ class UploadKind(Generic[RecordT]):
 
     Parameters
     ----------
-    noun
-        What an upload becomes: "shape".
+    becomes
+        What an upload becomes.
     path
         Address that uploads are sent to.
     location
         Address under which the records are found.
-    records
-        The part of the store that keeps them.
     key
         Returns the key of a record of a tenant.
     deleted
         The problem reported if the record is deleted before the upload is answered.
     """
 
-    noun: str
+    becomes: RecordKind[RecordT]
     path: str
     location: str
-    records: Callable[[Store], RecordStore[RecordT]]
     key: Callable[[Keys, str], str]
     deleted: type[ApiProblem]
 
@@ -129,7 +144,9 @@ class UploadKind(Generic[RecordT]):
     @property
     def location_header(self) -> dict[str, Any]:
         """OpenAPI entry of the header that names the record."""
-        return {"Location": {"description": f"The {self.noun}.", "schema": {"type": "string"}}}
+        return {
+            "Location": {"description": f"The {self.becomes.noun}.", "schema": {"type": "string"}}
+        }
 
     @property
     def validating(self) -> dict[str, Any]:
@@ -137,7 +154,7 @@ class UploadKind(Generic[RecordT]):
         return {
             "model": Job,
             "description": f"The upload is still being validated by this job; ask for the"
-            f" {self.noun} again",
+            f" {self.becomes.noun} again",
             "headers": self.location_header,
         }
 
@@ -157,7 +174,7 @@ class UploadKind(Generic[RecordT]):
         """
         return {
             200: {"model": model, "description": known, "headers": self.location_header},
-            201: {"description": f"A new {self.noun}", "headers": self.location_header},
+            201: {"description": f"A new {self.becomes.noun}", "headers": self.location_header},
             202: self.validating,
             **responses(
                 *further,
@@ -227,7 +244,7 @@ class UploadKind(Generic[RecordT]):
         Reported
             The upload turned out not to be usable after its sender was told to ask again.
         """
-        records = self.records(service.store)
+        records = self.becomes.records(service.store)
         record = records.get(record_id)
         deferred = service.store.uploads.deferred(record_id)
         job = None if deferred is None else service.store.jobs.get(deferred)
@@ -251,7 +268,7 @@ class UploadKind(Generic[RecordT]):
             service.store.admission.bind(
                 IdempotencyRecord.of(context.caller, context.key, content, ttl)
             )
-        records = self.records(service.store)
+        records = self.becomes.records(service.store)
         known = records.use(payload.upload)
         if known is not None and not records.lost(payload.upload):
             return known, ""
@@ -265,7 +282,7 @@ class UploadKind(Generic[RecordT]):
     ) -> Response:
         if job is not None and job.state is JobState.FAILED and job.error is not None:
             raise Reported(job.error)
-        records = self.records(service.store)
+        records = self.becomes.records(service.store)
         record = records.get(payload.upload)
         succeeded = job is not None and job.state is JobState.SUCCEEDED
         if record is not None and (succeeded or not records.lost(payload.upload)):
@@ -292,7 +309,9 @@ class UploadKind(Generic[RecordT]):
             raise self._deleted_at_once() from None
 
     def _deleted_at_once(self) -> ApiProblem:
-        detail = f"The {self.noun} was deleted as soon as it was validated; upload it again."
+        detail = (
+            f"The {self.becomes.noun} was deleted as soon as it was validated; upload it again."
+        )
         return self.deleted(detail)
 
     def _still_validating(self, service: Service, record_id: str, job: JobRecord) -> Response:

@@ -7,7 +7,7 @@ INRIA RR-7333, 2010.
 
 import hashlib
 from collections.abc import Iterable
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -92,6 +92,14 @@ class MatchParameters(solver.MatchOptions):
     normalise: Normalise = True
     largest_component: LargestComponent = False
     simplify: Simplify = None
+
+    @classmethod
+    def of_whole_surfaces(cls, largest_component: bool) -> Self:
+        """Return the parameters of the dense matches of a collection."""
+        # The proof over all samples takes time, and concerns the sparse match alone.
+        return cls(
+            dense=True, partial="none", proof="candidates", largest_component=largest_component
+        )
 
     @field_validator("objective")
     @classmethod

@@ -52,11 +52,5 @@ def _payload(asked: ConsistentMapsRequest, service: Service) -> ConsistentMapsPa
             " give fewer shapes, or simplify them"
         )
         refuse([FieldProblem(field="body.shapes", message=message)], _REFUSED)
-    # The proof over all samples takes time, and concerns the sparse match alone.
-    parameters = MatchParameters(
-        dense=True,
-        partial="none",
-        proof="candidates",
-        largest_component=asked.largest_component,
-    )
+    parameters = MatchParameters.of_whole_surfaces(asked.largest_component)
     return ConsistentMapsPayload(shapes=asked.shapes, names=asked.names, parameters=parameters)

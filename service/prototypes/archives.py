@@ -28,17 +28,17 @@ from service.http import (
     responses,
 )
 from service.names import LONGEST, base_name
-from service.prototypes.lookup import PrototypeId, missing_prototype
+from service.prototypes.lookup import PROTOTYPES, PrototypeId
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
 from service.uploads import KnownPartsOnce, UploadContextOf, UploadKind, UploadName
 
-PROTOTYPES: Final = "/v1/prototypes"
+LOCATION: Final = "/v1/prototypes"
 PATH: Final = "/v1/prototype-archives"
 
 router = APIRouter(tags=["prototypes"])
 
 UPLOADS: Final = UploadKind[PrototypeRecord](
-    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, Keys.prototype, PrototypeDeleted
+    PROTOTYPES, PATH, LOCATION, Keys.prototype, PrototypeDeleted
 )
 
 
@@ -77,7 +77,7 @@ async def upload_prototype(
 
 
 @router.get(
-    f"{PROTOTYPES}/{{prototype}}/archive",
+    f"{LOCATION}/{{prototype}}/archive",
     response_class=Response,
     responses={
         200: binary_file("The archive"),
@@ -92,13 +92,13 @@ def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
     """
     data = service.store.prototypes.archive(prototype)
     if data is None:
-        raise missing_prototype(service, prototype)
+        raise PROTOTYPES.missing(service, prototype)
     headers = attachment(prototype, "npz")
     return Response(data, media_type="application/octet-stream", headers=headers)
 
 
 @router.get(
-    f"{PROTOTYPES}/{{prototype}}/geometry",
+    f"{LOCATION}/{{prototype}}/geometry",
     response_model=PrototypeGeometry,
     responses=responses(
         PrototypeNotFound, PrototypeExpired, GeometryNotKept, ContentLost, InvalidRequest
@@ -113,7 +113,7 @@ def get_prototype_geometry(
     if packed is not None:
         return gzip_response(packed, "application/json", accept_encoding)
     if service.store.prototypes.get(prototype) is None:
-        raise missing_prototype(service, prototype)
+        raise PROTOTYPES.missing(service, prototype)
     raise GeometryNotKept(
         "The prototype was stored by an earlier version, which kept no geometry; download its"
         " archive, delete the prototype and upload the archive again."

@@ -20,8 +20,8 @@ from service.http import (
 )
 from service.jobs import Job, JobOrder, answers, requested_job
 from service.names import LONGEST
-from service.prototypes.archives import PROTOTYPES, UPLOADS
-from service.prototypes.lookup import PrototypeId, missing_prototype
+from service.prototypes.archives import LOCATION, UPLOADS
+from service.prototypes.lookup import PROTOTYPES, PrototypeId
 from service.prototypes.schemas import DEFAULT_NAME, Prototype, PrototypePage, PrototypeRequest
 from service.shapes import (
     check_shapes,
@@ -35,7 +35,7 @@ from service.shapes import (
     vertices_out_of_range,
 )
 
-router = APIRouter(prefix=PROTOTYPES, tags=["prototypes"])
+router = APIRouter(prefix=LOCATION, tags=["prototypes"])
 
 _REFUSED: Final = "A prototype cannot be learned from this request; `errors` says why."
 
@@ -90,7 +90,7 @@ def get_prototype(prototype: PrototypeId, service: ServiceOf) -> Response:
     """Show a prototype."""
     found = UPLOADS.find(service, prototype)
     if found is None:
-        raise missing_prototype(service, prototype)
+        raise PROTOTYPES.missing(service, prototype)
     return found
 
 
@@ -105,8 +105,7 @@ def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
 
     Other versions of its name stay as they are, and its number is not given again.
     """
-    if not service.store.prototypes.delete(prototype):
-        raise PrototypeNotFound(f"There is no prototype {prototype}.")
+    PROTOTYPES.delete(service, prototype)
     evict_deleted(service.store, [prototype])
 
 

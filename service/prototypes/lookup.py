@@ -1,25 +1,25 @@
 """Prototypes as requests name them."""
 
-from typing import Annotated
+from typing import Annotated, Final
 
 from fastapi import Path
 
-from broker.contracts import FieldProblem, PrototypeRecord
+from broker.contracts import PrototypeRecord
 from service.dependencies import Service
-from service.http import ApiProblem, PrototypeExpired, PrototypeNotFound, UnknownPrototype
+from service.http import PrototypeExpired, PrototypeNotFound, UnknownPrototype
 from service.names import ID_PATTERN
+from service.records import RecordKind
 
 PrototypeId = Annotated[str, Path(description="Id of the prototype.", pattern=ID_PATTERN)]
 
 
-def missing_prototype(service: Service, prototype: str) -> ApiProblem:
-    """Return the problem that a prototype is not there."""
-    if service.store.prototypes.expired(prototype):
-        return PrototypeExpired(
-            "The prototype was not used for long and is no longer kept; learn it or upload it"
-            " again."
-        )
-    return PrototypeNotFound(f"There is no prototype {prototype}.")
+PROTOTYPES: Final = RecordKind[PrototypeRecord](
+    "prototype",
+    lambda store: store.prototypes,
+    "learn it or upload it again",
+    PrototypeNotFound,
+    PrototypeExpired,
+)
 
 
 def use_prototype(service: Service, field: str, prototype: str) -> PrototypeRecord:
@@ -40,13 +40,7 @@ def use_prototype(service: Service, field: str, prototype: str) -> PrototypeReco
         There is no such prototype, or it has expired.
     """
     record = service.store.prototypes.use(prototype)
-    if record is not None:
-        return record
-    message = f"there is no prototype {prototype}"
-    if service.store.prototypes.expired(prototype):
-        message = (
-            f"prototype {prototype} was not used for long and is no longer kept; learn it or"
-            " upload it again"
-        )
-    fields = (FieldProblem(field=field, message=message),)
-    raise UnknownPrototype("Learn or upload the prototype first.", fields)
+    if record is None:
+        wrong = PROTOTYPES.unknown(service, field, prototype)
+        raise UnknownPrototype("Learn or upload the prototype first.", (wrong,))
+    return record

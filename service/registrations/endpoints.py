@@ -44,13 +44,7 @@ def _payload(asked: RegistrationRequest, service: Service) -> RegistrationPayloa
     refuse(repeated_shapes(asked.shapes, asked.names), _REFUSED)
     named = {"body.template": asked.template, **shape_fields(asked.shapes)}
     template = use_shapes(service, named)["body.template"]
-    # The proof over all samples takes time, and concerns the sparse match alone.
-    parameters = MatchParameters(
-        dense=True,
-        partial="none",
-        proof="candidates",
-        largest_component=asked.largest_component,
-    )
+    parameters = MatchParameters.of_whole_surfaces(asked.largest_component)
     wrong = []
     if template.vertices * len(asked.shapes) > MOST_REGISTERED:
         message = (

@@ -26,18 +26,21 @@ from service.http import (
     page_of,
     responses,
 )
-from service.names import LONGEST, base_name
-from service.shapes.lookup import ShapeId, missing_shape
+from service.shapes.lookup import SHAPES, ShapeId
 from service.shapes.schemas import Shape, ShapePage
-from service.uploads import KnownPartsOnce, UploadContextOf, UploadKind, UploadName
+from service.uploads import (
+    KnownPartsOnce,
+    UploadContextOf,
+    UploadKind,
+    UploadName,
+    name_and_type,
+)
 
 PATH: Final = "/v1/shapes"
 
 router = APIRouter(prefix=PATH, tags=["shapes"])
 
-_UPLOADS: Final = UploadKind[ShapeRecord](
-    "shape", PATH, PATH, lambda store: store.shapes, Keys.shape, ShapeDeleted
-)
+_UPLOADS: Final = UploadKind[ShapeRecord](SHAPES, PATH, PATH, Keys.shape, ShapeDeleted)
 
 
 @router.post(
@@ -67,16 +70,9 @@ async def upload_shape(
     reason and leaves nothing behind. The same bytes are the same shape, so an upload can be sent
     again even without an `Idempotency-Key`.
     """
-    filename = base_name(file.filename or "")
-    file_type = file_type_of(filename)
-    if file_type is None:
-        raise UnsupportedFormat(
-            f"The file name {filename[:100]!r} ends in no supported format; use one of"
-            f" {', '.join('.' + ending for ending in MESH_FORMATS)}."
-        )
+    called, file_type = name_and_type(file, name, file_type_of, MESH_FORMATS)
 
     def describe(data: bytes) -> ValidationPayload:
-        called = (name or "").strip() or filename[:LONGEST]
         return ValidationPayload(shape=shape_id(data), name=called, file_type=file_type)
 
     return await _UPLOADS.receive(context, file, describe)
@@ -103,7 +99,7 @@ def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
     """Show a shape."""
     found = _UPLOADS.find(service, shape)
     if found is None:
-        raise missing_shape(service, shape)
+        raise SHAPES.missing(service, shape)
     return found
 
 
@@ -115,6 +111,5 @@ def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
 )
 def delete_shape(shape: ShapeId, service: ServiceOf) -> None:
     """Delete a shape; queued matches of it will fail with `shape-deleted`."""
-    if not service.store.shapes.delete(shape):
-        raise ShapeNotFound(f"There is no shape {shape}.")
+    SHAPES.delete(service, shape)
     evict_deleted(service.store, [shape])

@@ -20,7 +20,7 @@ from service.http import (
     responses,
     weak_etag,
 )
-from service.shapes.lookup import ShapeId, missing_shape
+from service.shapes.lookup import SHAPES, ShapeId
 
 router = APIRouter(prefix="/v1/shapes", tags=["shapes"])
 
@@ -48,7 +48,7 @@ def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
     record = service.store.shapes.get(shape)
     file = None if record is None else service.store.shapes.open_upload(shape)
     if record is None or file is None:
-        raise missing_shape(service, shape)
+        raise SHAPES.missing(service, shape)
     headers = attachment(shape, record.file_type)
     return file_response(file, "application/octet-stream", headers)
 
@@ -75,14 +75,14 @@ def get_geometry(
     """Return the repaired mesh in a binary form for drawing, independent of the file's format."""
     record = service.store.shapes.get(shape)
     if record is None:
-        raise missing_shape(service, shape)
+        raise SHAPES.missing(service, shape)
     etag = weak_etag(f"{shape}-{int(1e6 * record.created.timestamp()):x}")
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
     if etag_matches(if_none_match or "", etag):
         return Response(status_code=304, headers=headers)
     packed = service.store.shapes.geometry(shape)
     if packed is None and service.store.shapes.get(shape) is None:
-        raise missing_shape(service, shape)  # deleted in the meantime
+        raise SHAPES.missing(service, shape)  # deleted in the meantime
     if packed is None:
         raise GeometryNotKept(
             "The shape was stored by an earlier version, which kept no geometry; delete the shape"

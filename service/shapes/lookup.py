@@ -1,25 +1,22 @@
 """Shapes as requests name them."""
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Final
 
 from fastapi import Path
 
-from broker.contracts import FieldProblem, ShapeRecord
+from broker.contracts import ShapeRecord
 from service.dependencies import Service
-from service.http import ApiProblem, ShapeExpired, ShapeNotFound, UnknownShape
+from service.http import ShapeExpired, ShapeNotFound, UnknownShape
 from service.names import ID_PATTERN
+from service.records import RecordKind
 
 ShapeId = Annotated[str, Path(description="Id of the shape.", pattern=ID_PATTERN)]
 
 
-def missing_shape(service: Service, shape: str) -> ApiProblem:
-    """Return the problem that a shape is not there."""
-    if service.store.shapes.expired(shape):
-        return ShapeExpired(
-            "The shape was not used for long and is no longer kept; upload it again."
-        )
-    return ShapeNotFound(f"There is no shape {shape}.")
+SHAPES: Final = RecordKind[ShapeRecord](
+    "shape", lambda store: store.shapes, "upload it again", ShapeNotFound, ShapeExpired
+)
 
 
 def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRecord]:
@@ -41,16 +38,10 @@ def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRec
     UnknownShape
         A shape does not exist, or has expired.
     """
-    shapes = service.store.shapes
-    used = shapes.use_all(list(named.values())) if named else []
+    used = service.store.shapes.use_all(list(named.values())) if named else []
     found = dict(zip(named, used, strict=True))
     unknown = tuple(
-        FieldProblem(
-            field=field,
-            message=f"shape {shape} was not used for long and is no longer kept; upload it again"
-            if shapes.expired(shape)
-            else f"there is no shape {shape}",
-        )
+        SHAPES.unknown(service, field, shape)
         for field, shape in named.items()
         if found[field] is None
     )

@@ -8,7 +8,6 @@ from broker.contracts import (
     ATTRIBUTE_FORMATS,
     AttributesRecord,
     AttributesValidationPayload,
-    FieldProblem,
     attribute_format_of,
     attributes_id,
 )
@@ -24,16 +23,30 @@ from service.http import (
     UnusableAttributes,
     responses,
 )
-from service.names import ID_PATTERN, LONGEST, base_name
+from service.names import ID_PATTERN
+from service.records import RecordKind
 from service.transfers.schemas import Attributes
-from service.uploads import KnownPartsOnce, UploadContextOf, UploadKind, UploadName
+from service.uploads import (
+    KnownPartsOnce,
+    UploadContextOf,
+    UploadKind,
+    UploadName,
+    name_and_type,
+)
 
 PATH: Final = "/v1/attributes"
 
 router = APIRouter(prefix=PATH, tags=["transfers"])
 
+_FILES: Final = RecordKind[AttributesRecord](
+    "attribute file",
+    lambda store: store.attributes,
+    "upload it again",
+    AttributesNotFound,
+    AttributesExpired,
+)
 _UPLOADS: Final = UploadKind[AttributesRecord](
-    "attribute file", PATH, PATH, lambda store: store.attributes, Keys.attributes, AttributesDeleted
+    _FILES, PATH, PATH, Keys.attributes, AttributesDeleted
 )
 AttributesId = Annotated[str, Path(description="Id of the attribute file.", pattern=ID_PATTERN)]
 
@@ -64,16 +77,9 @@ async def upload_attributes(
     The file is read before the answer is given; one that cannot be used is refused with the reason
     and leaves nothing behind. The same bytes are the same file.
     """
-    filename = base_name(file.filename or "")
-    file_type = attribute_format_of(filename)
-    if file_type is None:
-        raise UnsupportedFormat(
-            f"The file name {filename[:100]!r} ends in no supported format; use one of"
-            f" {', '.join('.' + ending for ending in ATTRIBUTE_FORMATS)}."
-        )
+    called, file_type = name_and_type(file, name, attribute_format_of, ATTRIBUTE_FORMATS)
 
     def describe(data: bytes) -> AttributesValidationPayload:
-        called = (name or "").strip() or filename[:LONGEST]
         return AttributesValidationPayload(
             attributes=attributes_id(data), name=called, file_type=file_type
         )
@@ -93,13 +99,9 @@ async def upload_attributes(
 def get_attributes(attributes: AttributesId, service: ServiceOf) -> Response:
     """Show what an attribute file has."""
     found = _UPLOADS.find(service, attributes)
-    if found is not None:
-        return found
-    if service.store.attributes.expired(attributes):
-        raise AttributesExpired(
-            "The attribute file was not used for long and is no longer kept; upload it again."
-        )
-    raise AttributesNotFound(f"There is no attribute file {attributes}.")
+    if found is None:
+        raise _FILES.missing(service, attributes)
+    return found
 
 
 @router.delete(
@@ -110,8 +112,7 @@ def get_attributes(attributes: AttributesId, service: ServiceOf) -> Response:
 )
 def delete_attributes(attributes: AttributesId, service: ServiceOf) -> None:
     """Delete an attribute file; queued transfers of it will fail with `attributes-deleted`."""
-    if not service.store.attributes.delete(attributes):
-        raise AttributesNotFound(f"There is no attribute file {attributes}.")
+    _FILES.delete(service, attributes)
 
 
 def use_attributes(service: Service, attributes: str) -> AttributesRecord:
@@ -123,10 +124,7 @@ def use_attributes(service: Service, attributes: str) -> AttributesRecord:
         There is no such file, or it has expired.
     """
     record = service.store.attributes.use(attributes)
-    if record is not None:
-        return record
-    message = f"there is no attribute file {attributes}"
-    if service.store.attributes.expired(attributes):
-        message = f"attribute file {attributes} is no longer kept; upload it again"
-    fields = (FieldProblem(field="body.attributes", message=message),)
-    raise UnknownAttributes("Upload the attribute file first.", fields)
+    if record is None:
+        wrong = _FILES.unknown(service, "body.attributes", attributes)
+        raise UnknownAttributes("Upload the attribute file first.", (wrong,))
+    return record
