@@ -1,10 +1,10 @@
 """The ASGI application."""
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, TypedDict
 
 from fastapi import Depends, FastAPI
 from fastapi_offline import FastAPIOffline
@@ -14,7 +14,7 @@ from starlette.concurrency import run_in_threadpool
 
 from broker.blobs import BlobError
 from broker.queue import JobQueue
-from broker.store import Store
+from broker.store import Store, have_ended
 from broker.telemetry import logger
 from broker.tracing import exporting
 from broker.upkeep import OrphanSweep, Sweep, recover
@@ -34,7 +34,7 @@ from service import (
     structures,
     transfers,
 )
-from service.dependencies import Service, State
+from service.dependencies import Service
 from service.http import (
     Authentication,
     BodyLimit,
@@ -47,6 +47,7 @@ from service.http import (
 from service.http.openapi import document
 from service.monitoring import MeasureRequests, RequestTimes, StoreCollector
 from service.settings import Settings
+from service.watcher import Watcher
 
 BODY_LIMIT: Final = 1024**2
 """Most bytes of a body that is not an upload."""
@@ -127,13 +128,23 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     return app
 
 
+class _State(TypedDict):
+    """State of the application, as its lifespan yields it."""
+
+    service: Service
+    followed: Watcher[jobs.Name, jobs.Event | None]
+
+
 def _lifespan(
     settings: Settings, closing: asyncio.Event, registry: CollectorRegistry, ring: KeyRing
-) -> Callable[[FastAPI], AbstractAsyncContextManager[State]]:
+) -> Callable[[FastAPI], AbstractAsyncContextManager[_State]]:
     @asynccontextmanager
-    async def lifespan(app: FastAPI) -> AsyncIterator[State]:
+    async def lifespan(app: FastAPI) -> AsyncIterator[_State]:
         store = Store.open(settings, settings.redis_patience, pause=0.2, timeout=REDIS_TIMEOUT)
-        service = Service(settings, store, JobQueue(store, settings), closing, registry)
+        queue = JobQueue(store, settings)
+        ends = Watcher(partial(have_ended, store.client))
+        followed = Watcher(jobs.FollowedJobs(queue))
+        service = Service(settings, store, queue, ends, closing, registry)
         patience = min(settings.redis_patience, SCRAPE_TIMEOUT)
         scraped = Store.open(settings, patience, pause=0.2, timeout=SCRAPE_TIMEOUT)
         registry.register(StoreCollector(JobQueue(scraped, settings)))
@@ -151,9 +162,12 @@ def _lifespan(
                 (KEYS_INTERVAL, partial(ring.refresh, store.api_keys)),
             )
         ]
+        watchers = ends, followed
+        tasks += [asyncio.create_task(watcher.run()) for watcher in watchers]
+        tasks.append(asyncio.create_task(_close(closing, watchers)))
         try:
             with exporting("api"):
-                yield {"service": service}
+                yield {"service": service, "followed": followed}
         finally:
             for task in tasks:
                 task.cancel()
@@ -162,6 +176,12 @@ def _lifespan(
             scraped.close()
 
     return lifespan
+
+
+async def _close(closing: asyncio.Event, watchers: Sequence[Watcher[Any, Any]]) -> None:
+    await closing.wait()
+    for watcher in watchers:
+        watcher.close()
 
 
 async def _regularly(interval: float, task: Callable[[], object]) -> None:

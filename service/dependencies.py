@@ -1,9 +1,9 @@
 """Dependencies of the endpoints: the service's state, and the id and caller of a request."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Final, Self, TypedDict, TypeVar, cast
+from typing import Annotated, Final, Self, cast
 
 from fastapi import Depends, Request
 from prometheus_client import CollectorRegistry
@@ -13,18 +13,14 @@ from broker.contracts import DEFAULT_TENANT, JobRecord, RequestOrigin
 from broker.queue import JobQueue
 from broker.store import Store
 from service.settings import Settings
+from service.watcher import Watcher
 
-FIRST_POLL: Final = 0.01
-"""Seconds until the store is asked again for the first time."""
-
-LONGEST_POLL: Final = 0.25
-"""Longest such pause in seconds; they grow by half each time."""
+CHECK_INTERVAL: Final = 1.0
+"""Seconds between two looks at whether the client of a waiting request is still there."""
 
 UPLOADS_AT_ONCE: Final = 4
 """Uploads in memory at a time; others wait in temporary files. One may have 256 MiB, and takes
 twice that while it is stored."""
-
-ResultT = TypeVar("ResultT")
 
 
 @dataclass(frozen=True)
@@ -39,6 +35,8 @@ class Service:
         Shapes, prototypes, jobs and results of the tenant who asks.
     queue
         The queue of the workers, for jobs of this tenant.
+    ends
+        Whether jobs have ended, by the keys of each and of its batch.
     closing
         Set when the server stops, so that waiting requests are answered.
     metrics
@@ -50,6 +48,7 @@ class Service:
     settings: Settings
     store: Store
     queue: JobQueue
+    ends: Watcher[tuple[str, str | None], bool]
     closing: asyncio.Event = field(default_factory=asyncio.Event)
     metrics: CollectorRegistry = field(default_factory=CollectorRegistry)
     uploading: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(UPLOADS_AT_ONCE))
@@ -63,39 +62,19 @@ class Service:
 
         The wait also ends when the server stops or the client disconnects.
         """
-        return await wait_until(
-            lambda: run_in_threadpool(self.queue.job, job_id),
-            lambda record: record is None or record.state.ended,
-            seconds,
-            self.closing,
-            request,
-        )
-
-
-async def wait_until(
-    ask: Callable[[], Awaitable[ResultT]],
-    enough: Callable[[ResultT], bool],
-    seconds: float,
-    closing: asyncio.Event,
-    request: Request,
-) -> ResultT:
-    """Poll with growing pauses until the answer is enough or time is up."""
-    loop = asyncio.get_running_loop()
-    deadline = loop.time() + seconds
-    pause = FIRST_POLL
-    while True:
-        answer = await ask()
-        left = deadline - loop.time()
-        if enough(answer) or left <= 0 or closing.is_set() or await request.is_disconnected():
-            return answer
-        await asyncio.sleep(min(pause, left))
-        pause = min(pause * 1.5, LONGEST_POLL)
-
-
-class State(TypedDict):
-    """State of the application, as its lifespan yields it."""
-
-    service: Service
+        record = await run_in_threadpool(self.queue.job, job_id)
+        if record is None or record.state.ended or seconds == 0:
+            return record
+        keys = self.store.keys
+        batch = None if record.batch is None else keys.job(record.batch)
+        clock = asyncio.get_running_loop().time
+        deadline = clock() + seconds
+        with self.ends.change((keys.job(job_id), batch), False) as end:
+            while not (end.done() or clock() >= deadline or await request.is_disconnected()):
+                await asyncio.wait([end], timeout=min(CHECK_INTERVAL, deadline - clock()))
+            if end.done() and not end.cancelled():
+                end.result()  # raises what prevented that the store was read
+        return await run_in_threadpool(self.queue.job, job_id)
 
 
 # Asynchronous, as others run in threads: a body is to be parsed without waiting in between.

@@ -37,6 +37,7 @@ from broker.store.shapes import Shapes
 from broker.store.spectra import Spectra, SpectrumCounts
 from broker.store.transactions import transact
 from broker.store.uploads import CandidateGone, Uploads
+from broker.store.watching import have_ended, signs
 from broker.store.webhooks import Webhooks
 
 __all__ = [
@@ -87,8 +88,10 @@ __all__ = [
     "Uploads",
     "Webhooks",
     "connect",
+    "have_ended",
     "pieces",
     "renewed",
+    "signs",
     "text",
     "transact",
 ]

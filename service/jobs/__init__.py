@@ -1,6 +1,7 @@
 """Jobs: requesting them, following and cancelling them, and their results."""
 
 from service.jobs import endpoints, pictures, results
+from service.jobs.followed import Event, FollowedJobs, Name
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, stored_job
 from service.jobs.pictures import NEEDED, presented
 from service.jobs.requests import (
@@ -21,11 +22,14 @@ __all__ = [
     "ERRORS",
     "NEEDED",
     "ROUTERS",
+    "Event",
+    "FollowedJobs",
     "IdempotencyKey",
     "Job",
     "JobId",
     "JobOrder",
     "JobRequest",
+    "Name",
     "answers",
     "job_with_result",
     "json_answer",

@@ -18,7 +18,8 @@ from service.http import (
     page_of,
     responses,
 )
-from service.jobs.events import EVENT, RETRY_MS, event_id, events, present_job
+from service.jobs.events import EVENT, RETRY_MS, events, present_event
+from service.jobs.followed import FollowedOf
 from service.jobs.lookup import JobId, missing
 from service.jobs.schemas import Job, JobPage
 from service.names import ID_PATTERN
@@ -127,6 +128,7 @@ async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wai
 async def follow_job(
     job_id: JobId,
     service: ServiceOf,
+    followed: FollowedOf,
     request: Request,
     admitted: Admitted,
     last_event_id: Annotated[
@@ -142,14 +144,17 @@ async def follow_job(
     A stream ends with the job, or after a few minutes; clients such as `EventSource` in browsers
     then reconnect by themselves.
     """
-    job = await run_in_threadpool(present_job, service, job_id)
-    if job is None:
+    event = await run_in_threadpool(present_event, service, job_id)
+    if event is None:
         raise await run_in_threadpool(missing, service, job_id)
-    if job.state.ended and event_id(job) == last_event_id:
+    if event.last and event.id == last_event_id:
         return Response(status_code=204)
     # Proxies pass each event on as it comes.
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    stream = events(service, job, last_event_id, admitted) if body_wanted(request) else iter(())
+    if not body_wanted(request):
+        return StreamingResponse(iter(()), media_type="text/event-stream", headers=headers)
+    name = service.store.keys.tenant, job_id
+    stream = events(service, followed, name, event, last_event_id, admitted)
     return StreamingResponse(stream, media_type="text/event-stream", headers=headers)
 
 

@@ -1,19 +1,18 @@
 """The changes of a job as server-sent events."""
 
 import asyncio
-import contextlib
-import hashlib
 from collections.abc import AsyncIterator, Callable
 from typing import Final
 
 from fastapi.sse import format_sse_event
 from redis.exceptions import RedisError
-from starlette.concurrency import run_in_threadpool
 
 from broker.store import NewerRecord
 from broker.telemetry import logger
-from service.dependencies import FIRST_POLL, LONGEST_POLL, Service
+from service.dependencies import CHECK_INTERVAL, Service
+from service.jobs.followed import Event, Name
 from service.jobs.schemas import Job
+from service.watcher import Watcher
 
 EVENT: Final = "job"
 RETRY_MS: Final = 1000
@@ -22,19 +21,19 @@ RETRY_MS: Final = 1000
 log = logger("isomatch.api")
 
 
-def present_job(service: Service, job_id: str) -> Job | None:
+def present_event(service: Service, job_id: str) -> Event | None:
     """Return the present state of a job, or None if it does not exist or has expired."""
     record = service.queue.job(job_id)
-    return None if record is None else Job.of(record, service.queue)
-
-
-def event_id(job: Job) -> str:
-    """Return the id of the event for a state of a job, a digest of that state."""
-    return hashlib.sha256(job.model_dump_json().encode()).hexdigest()[:16]
+    return None if record is None else Event.of(Job.of(record, service.queue))
 
 
 async def events(
-    service: Service, job: Job, last: str | None, admitted: Callable[[], bool]
+    service: Service,
+    followed: Watcher[Name, Event | None],
+    name: Name,
+    event: Event,
+    last: str | None,
+    admitted: Callable[[], bool],
 ) -> AsyncIterator[bytes]:
     """Yield the state of a job and its changes, until the job, the stream or the service ends.
 
@@ -45,7 +44,11 @@ async def events(
     ----------
     service
         The service that runs the job.
-    job
+    followed
+        The jobs whose changes are streamed.
+    name
+        Tenant and id of the job.
+    event
         The state of the job when the stream was requested.
     last
         Id of the last event that the client received.
@@ -55,33 +58,30 @@ async def events(
     clock = asyncio.get_running_loop().time
     settings = service.settings
     end = clock() + settings.events_lifetime
-    beat = clock() + settings.events_heartbeat
-    pause = FIRST_POLL
-    while True:
-        name = event_id(job)
-        if name != last:
-            last, pause = name, FIRST_POLL
-            beat = clock() + settings.events_heartbeat
+    present: Event | None = event
+    while present is not None:
+        if present.id != last:
             yield format_sse_event(
-                event=EVENT, data_str=job.model_dump_json(), id=name, retry=RETRY_MS
+                event=EVENT, data_str=present.data, id=present.id, retry=RETRY_MS
             )
-        elif clock() >= beat:
-            beat = clock() + settings.events_heartbeat
-            yield format_sse_event(comment="still there")
-        if job.state.ended or clock() >= end or service.closing.is_set():
+        if present.last:
             return
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(pause):
-                await service.closing.wait()
-        pause = min(pause * 1.5, LONGEST_POLL)
-        if not admitted():
-            return
-        try:
-            present = await run_in_threadpool(present_job, service, job.id)
-        except (RedisError, NewerRecord) as error:
-            # The client reconnects, and is answered with the error if it persists.
-            log.warning("event stream ended early", error=str(error))
-            return
-        if present is None:
-            return
-        job = present
+        last = present.id
+        beat = clock() + settings.events_heartbeat
+        with followed.change(name, present) as change:
+            while not change.done():
+                if clock() >= end or not admitted():
+                    return
+                if clock() >= beat:
+                    beat = clock() + settings.events_heartbeat
+                    yield format_sse_event(comment="still there")
+                due = min(CHECK_INTERVAL, beat - clock(), end - clock())
+                await asyncio.wait([change], timeout=max(due, 0.0))
+            if change.cancelled() or not admitted():
+                return
+            try:
+                present = change.result()
+            except (RedisError, NewerRecord) as error:
+                # The client reconnects, and is answered with the error if it persists.
+                log.warning("event stream ended early", error=str(error))
+                return

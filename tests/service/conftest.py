@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import cycle
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,10 +19,12 @@ import structlog
 import uvicorn
 
 from broker.queue import JobQueue
-from broker.store import DEFAULT_KEYS, Store, connect
+from broker.store import DEFAULT_KEYS, Store, connect, have_ended
 from service.app import create_app
+from service.dependencies import Service
 from service.settings import Settings
 from service.standalone import KEEP_ALIVE_SECONDS, EmbeddedServer, WorkerPool
+from service.watcher import Watcher
 from tests.blobs import blob_url
 from tests.worker.figures import blob_file
 from tests.worker.records import shape_record
@@ -89,6 +92,13 @@ def running_api(settings: Settings) -> Iterator[Api]:
         store.close()
         server.should_exit = True
         thread.join()
+
+
+def service_over(store: Store) -> Service:
+    """What the endpoints of an API over this store work with."""
+    settings = Settings()
+    ends = Watcher(partial(have_ended, store.client))
+    return Service(settings, store, JobQueue(store, settings), ends)
 
 
 @pytest.fixture(scope="session")

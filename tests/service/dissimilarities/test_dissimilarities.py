@@ -19,16 +19,14 @@ from broker.contracts import (
     DissimilarityResult,
     JobState,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import new_job
 from broker.store import DEFAULT_KEYS
-from service.dependencies import Service
 from service.dissimilarities.endpoints import known_so_far
 from service.dissimilarities.partial import known_matrix, number_of_pairs, packed_document
 from service.dissimilarities.schemas import PartialDissimilarities
 from service.http import JobExpired
-from service.settings import Settings
 from service.standalone import EmbeddedServer
-from tests.service.conftest import Api, Json, idle_api, problem
+from tests.service.conftest import Api, Json, idle_api, problem, service_over
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined
 from tests.worker.figures import blob_file, off
@@ -211,8 +209,7 @@ def test_a_matrix_is_written_row_by_row() -> None:
 
 def test_partial_dissimilarities_when_the_job_ends_meanwhile(server: EmbeddedServer) -> None:
     with idle_api(server) as api:
-        store, settings = api.store, Settings()
-        service = Service(settings, store, JobQueue(store, settings))
+        store, service = api.store, service_over(api.store)
         payload = DissimilaritiesPayload(
             shapes=("a", "b"), labels=None, parameters=DissimilarityParameters()
         )

@@ -8,14 +8,12 @@ from dataclasses import replace
 import httpx2
 import pytest
 
-from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Shapes
-from service.dependencies import Service
 from service.http import ShapeNotFound
 from service.settings import Settings
 from service.shapes.files import get_geometry
 from service.standalone import EmbeddedServer
-from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.service.conftest import Api, Json, idle_api, problem, put_shapes, service_over
 from tests.worker.figures import blob_file
 
 
@@ -83,4 +81,4 @@ def test_a_shape_that_is_deleted_meanwhile_is_not_there(server: EmbeddedServer) 
         shapes = DeletedMeanwhile(kept.client, settings, kept.blobs, kept.keys)
         store = replace(kept, shapes=shapes)
         with pytest.raises(ShapeNotFound):
-            get_geometry(name, Service(settings, store, JobQueue(store, settings)))
+            get_geometry(name, service_over(store))
