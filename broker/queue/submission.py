@@ -12,6 +12,7 @@ from redis.client import Pipeline
 
 from broker.contracts import (
     BatchPayload,
+    DissimilaritiesPayload,
     IdempotencyRecord,
     JobKind,
     JobRecord,
@@ -24,12 +25,18 @@ from broker.contracts import (
     ValidationPayload,
 )
 from broker.queue.batches import Batches
-from broker.queue.new_jobs import NO_REQUEST, new_batch_match, new_job, new_time_slice
+from broker.queue.new_jobs import (
+    NO_REQUEST,
+    batch_match_id,
+    new_batch_match,
+    new_job,
+    new_time_slice,
+)
 from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spectra
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import BlobReference, QuotaExceeded, Store, transact
+from broker.store import BlobReference, QuotaExceeded, Store, any_running, transact
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
@@ -264,6 +271,19 @@ class JobQueue:
         waiting = self.rq.waiting()
         states = self.store.chunks.time_slices(job_id).values() if waiting else ()
         return waiting > sum(state is JobState.QUEUED for state in states)
+
+    def gives_way(self, record: JobRecord) -> bool:
+        """Return whether a running job waits, because none of its parts is running."""
+        keys, payload = self.store.keys, record.payload
+        if record.state is not JobState.RUNNING:
+            return False
+        if isinstance(payload, DissimilaritiesPayload):
+            parts = list(self.store.chunks.time_slices(record.id))
+        elif isinstance(payload, BatchPayload):
+            parts = [batch_match_id(record.id, place) for place in range(len(payload.targets))]
+        else:
+            return False
+        return not any_running(self.store.client, [keys.job(part) for part in parts])
 
     def workers(self) -> int:
         """Return the number of live workers."""

@@ -37,7 +37,7 @@ from broker.store.shapes import Shapes
 from broker.store.spectra import Spectra, SpectrumCounts
 from broker.store.transactions import transact
 from broker.store.uploads import CandidateGone, Uploads
-from broker.store.watching import have_ended, signs
+from broker.store.watching import any_running, have_ended, signs
 from broker.store.webhooks import Webhooks
 
 __all__ = [
@@ -87,6 +87,7 @@ __all__ = [
     "TooManyQueued",
     "Uploads",
     "Webhooks",
+    "any_running",
     "connect",
     "have_ended",
     "pieces",

@@ -32,6 +32,11 @@ def have_ended(client: Redis, jobs: Sequence[tuple[str, str | None]]) -> list[bo
     ]
 
 
+def any_running(client: Redis, jobs: Sequence[str]) -> bool:
+    """Return whether one of these jobs is running, by their keys."""
+    return bool(jobs) and JobState.RUNNING.value.encode() in _fields(client, jobs, "state")
+
+
 def signs(client: Redis, jobs: Sequence[str]) -> list[bytes | None]:
     """Return a sign of each job that changes when its record does; None if there is none.
 

@@ -8,10 +8,10 @@ from typing import Annotated, Self, TypeAlias, cast
 
 from fastapi import Depends, Request
 
-from broker.contracts import JobRecord, JobState
+from broker.contracts import JobRecord
 from broker.queue import JobQueue
 from broker.store import NewerRecord, signs
-from service.jobs.schemas import Job
+from service.jobs.schemas import Job, depends_on_queue
 from service.watcher import Watcher
 
 Name: TypeAlias = tuple[str, str]
@@ -118,9 +118,9 @@ def _presented(records: Sequence[JobRecord], queue: JobQueue) -> list[Event | No
 
 
 def _moves(known: _Known) -> bool:
-    """Whether the state of a job must be presented anew: the queue before it moves, too."""
+    """Whether the state of a job must be presented anew."""
     record = known.record
-    return record is not None and (known.event is None or record.state is JobState.QUEUED)
+    return record is not None and (known.event is None or depends_on_queue(record))
 
 
 async def _followed(request: Request) -> Watcher[Name, Event | None]:

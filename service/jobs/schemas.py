@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Final, Literal, Self
+from typing import Final, Literal, Self, TypeAlias
 from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -22,6 +22,8 @@ from broker.queue import JobQueue
 
 SPECTRA: Final = "spectra"
 """Stage of a queued job whose spectra are being computed."""
+
+_Awaited: TypeAlias = Literal["worker", "turn"]
 
 _NEAR: Final = 20
 """Position up to which a queued job is asked for its spectra."""
@@ -156,9 +158,10 @@ class Job(BaseModel):
         description="Number of jobs ahead of it in the queue; null once it has begun, and of a"
         " match of a batch until a worker will soon be free for it."
     )
-    waiting_for: Literal["worker", "turn"] | None = Field(
-        description="What a queued job waits for: `worker`, for there is none alive, or its `turn`;"
-        " null once it has begun."
+    waiting_for: _Awaited | None = Field(
+        description="What a job waits for: `worker`, for there is none alive, or its `turn`. A"
+        " running comparison or batch waits while all workers work for other jobs. Null for a job"
+        " that does not wait."
     )
     error: Problem | None = Field(description="Why it failed.")
     caller: str | None = Field(
@@ -178,14 +181,15 @@ class Job(BaseModel):
     def several(cls, records: Sequence[JobRecord], queue: JobQueue) -> tuple[Self, ...]:
         """Return stored jobs as the API shows them."""
         queued = [record for record in records if record.state is JobState.QUEUED]
-        served = bool(queued) and queue.any_worker()
+        giving_way = {record.id for record in records if queue.gives_way(record)}
+        served = bool(queued or giving_way) and queue.any_worker()
         positions = queue.rq.positions(queued) if queued else []
         place = {one.id: known for one, known in zip(queued, positions, strict=True)}
         return tuple(
             cls._of(
                 record,
                 place.get(record.id),
-                served,
+                _waiting_for(record, place.get(record.id), served, record.id in giving_way),
                 served and _awaits_spectra(record, place.get(record.id), queue),
             )
             for record in records
@@ -193,7 +197,11 @@ class Job(BaseModel):
 
     @classmethod
     def _of(
-        cls, record: JobRecord, position: int | None, served: bool, awaits_spectra: bool
+        cls,
+        record: JobRecord,
+        position: int | None,
+        waiting_for: _Awaited | None,
+        awaits_spectra: bool,
     ) -> Self:
         path = f"/v1/jobs/{record.id}"
         has_result = record.kind.has_result
@@ -216,7 +224,7 @@ class Job(BaseModel):
             started=record.started,
             ended=record.ended,
             position=position,
-            waiting_for=_waiting_for(record, position, served),
+            waiting_for=waiting_for,
             error=None if error is None else error.model_copy(update={"instance": path}),
             caller=record.caller,
             webhook=_webhook(record),
@@ -233,6 +241,12 @@ class Job(BaseModel):
         )
 
 
+def depends_on_queue(record: JobRecord) -> bool:
+    """Whether a job looks different when others begin or end, though its record stays the same."""
+    sliced = record.kind in (JobKind.BATCH, JobKind.DISSIMILARITIES)
+    return record.state is JobState.QUEUED or (sliced and not record.state.ended)
+
+
 def _awaits_spectra(record: JobRecord, position: int | None, queue: JobQueue) -> bool:
     """Whether spectra of its shapes are all that a queued job waits for."""
     if position is None or position > _NEAR:
@@ -242,8 +256,10 @@ def _awaits_spectra(record: JobRecord, position: int | None, queue: JobQueue) ->
 
 
 def _waiting_for(
-    record: JobRecord, position: int | None, served: bool
-) -> Literal["worker", "turn"] | None:
+    record: JobRecord, position: int | None, served: bool, gives_way: bool
+) -> _Awaited | None:
+    if gives_way:
+        return "turn" if served else "worker"
     if record.state is not JobState.QUEUED:
         return None
     if not served:

@@ -81,9 +81,11 @@ class JobRecord(Answer):
 
     @property
     def stage(self) -> str:
-        """Stage of a running job, or what a queued one waits for, in words."""
-        if self.state != "queued":
-            return self.progress.stage
+        """Stage of a running job, and what it waits for, in words."""
         if self.waiting_for == "worker":
             return "no worker is alive"
+        if self.state == "running" and self.waiting_for == "turn":
+            return f"{self.progress.stage}, waiting for its turn"
+        if self.state != "queued":
+            return self.progress.stage
         return f"{self.position} jobs ahead" if self.position else "next in the queue"

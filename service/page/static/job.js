@@ -116,13 +116,13 @@ function statusOf(job) {
 }
 
 function sentence(job) {
+  if (job.waiting_for === "worker") return "Waiting: no worker is alive.";
   if (job.state === "queued") {
-    if (job.waiting_for === "worker") return "Waiting: no worker is alive.";
     if (job.progress.stage === "spectra") return "The spectra of its shapes are computed.";
     if (job.waiting_for === "turn" && job.position === null) return "Waiting for its turn in the batch.";
     return job.position ? `Waiting, with ${job.position} ahead of it.` : "Waiting for a worker.";
   }
-  if (job.state === "running") return job.progress.stage;
+  if (job.state === "running") return job.progress.stage + (job.waiting_for ? ", waiting for its turn" : "");
   const asked = `Requested ${time(job.created)}`;
   return `${stateName(job.state)[0].toUpperCase()}${stateName(job.state).slice(1)}. ${asked}.`;
 }

@@ -89,16 +89,18 @@ def test_a_broken_stream_is_resumed() -> None:
     assert service.seen == [None, "a", "b", "b"]
 
 
-def test_a_queued_job_says_what_it_waits_for() -> None:
+def test_a_job_says_what_it_waits_for() -> None:
     streams = (
         event("a", waiting_for="worker"),
         event("b", waiting_for="turn", position=3),
         event("c", waiting_for="turn"),
         event("d", state="running", progress={"stage": "level 2", "fraction": 0.6}),
-        event("e", state="succeeded"),
+        event("e", state="running", waiting_for="turn", progress={"stage": "pairs", "fraction": 0}),
+        event("f", state="succeeded"),
     )
     said = [job.stage for job in records(Service(b"".join(streams)))]
-    assert said[:4] == ["no worker is alive", "3 jobs ahead", "next in the queue", "level 2"]
+    assert said[:3] == ["no worker is alive", "3 jobs ahead", "next in the queue"]
+    assert said[3:5] == ["level 2", "pairs, waiting for its turn"]
 
 
 def test_failures_of_a_stream_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,16 @@ from collections.abc import Iterator
 import pytest
 from rq.utils import now, utcformat
 
-from broker.contracts import BatchPayload, MatchParameters, MatchPayload, Progress
+from broker.contracts import (
+    BatchPayload,
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    MatchParameters,
+    MatchPayload,
+    Problem,
+    ProblemType,
+    Progress,
+)
 from broker.queue import JobQueue, new_job
 from broker.store import have_ended
 from service.jobs import FollowedJobs
@@ -24,6 +33,20 @@ def queue(server: EmbeddedServer) -> Iterator[JobQueue]:
 def match(queue: JobQueue, source: str = "a") -> str:
     payload = MatchPayload(source=source, target="b", parameters=MatchParameters())
     return queue.submit(new_job(payload)).id
+
+
+def batch_of(count: int) -> BatchPayload:
+    targets = tuple("bcdefg"[:count])
+    names = (None,) * count
+    return BatchPayload(
+        source="a", targets=targets, target_names=names, parameters=MatchParameters()
+    )
+
+
+def employ(queue: JobQueue) -> None:
+    """Register a worker, which takes no job."""
+    queue.store.client.hset("rq:worker:one", "last_heartbeat", utcformat(now()))
+    queue.store.client.sadd("rq:workers", "rq:worker:one")
 
 
 def test_jobs_of_several_tenants_are_read_together(queue: JobQueue) -> None:
@@ -86,10 +109,7 @@ def test_the_place_in_the_queue_shows(queue: JobQueue) -> None:
 
 
 def test_a_match_that_its_batch_has_not_queued_yet_is_shown(queue: JobQueue) -> None:
-    payload = BatchPayload(
-        source="a", targets=tuple("bcdefg"), target_names=(None,) * 6, parameters=MatchParameters()
-    )
-    batch = queue.submit_batch(payload).id
+    batch = queue.submit_batch(batch_of(6)).id
     waiting = f"{batch}-5"
     (event,) = FollowedJobs(queue)([("default", waiting)])
     assert event is not None
@@ -101,10 +121,40 @@ def test_a_match_that_its_batch_has_not_queued_yet_is_shown(queue: JobQueue) -> 
     assert have_ended(client, asked) == [True, True]
 
 
+@pytest.mark.parametrize("kind", ["comparison", "batch"])
+def test_a_running_job_without_a_running_part_waits(queue: JobQueue, kind: str) -> None:
+    jobs, follow = queue.store.jobs, FollowedJobs(queue)
+    if kind == "batch":
+        job = queue.submit_batch(batch_of(2)).id
+        part = f"{job}-1"
+    else:
+        comparison = DissimilaritiesPayload(
+            shapes=("a", "b"), labels=None, parameters=DissimilarityParameters()
+        )
+        job = queue.submit(new_job(comparison)).id
+        (part,) = queue.store.chunks.time_slices(job)
+
+    def waits_for() -> str | None:
+        (event,) = follow([("default", job)])
+        assert event is not None
+        found: str | None = json.loads(event.data)["waiting_for"]
+        return found
+
+    jobs.claim(job, job)
+    assert waits_for() == "worker"
+    employ(queue)
+    assert waits_for() == "turn"
+    jobs.claim(part, "me")
+    assert waits_for() is None
+    jobs.fail(part, "me", Problem.of(ProblemType.WORKER_LOST, "It failed."))
+    assert waits_for() == "turn"
+    queue.cancel(job)
+    assert waits_for() is None
+
+
 def test_a_shape_that_cannot_be_read_concerns_its_jobs_alone(queue: JobQueue) -> None:
     store = queue.store
-    store.client.hset("rq:worker:one", "last_heartbeat", utcformat(now()))
-    store.client.sadd("rq:workers", "rq:worker:one")
+    employ(queue)
     names = [("default", match(queue)), ("default", match(queue, "c")), ("default", "gone")]
     store.client.set(store.keys.shape("a"), '{"from": "the future"}')
     unreadable, readable, gone = FollowedJobs(queue)(names)
