@@ -56,8 +56,12 @@ class FairQueue(Queue):
     def push_job_id(
         self, job_id: str, pipeline: Pipeline | None = None, at_front: bool = False
     ) -> None:
-        """Put a job, whose record RQ has stored, at its place."""
+        """Put a job, whose record RQ has stored, at its place, or before all others."""
         connection = self.connection if pipeline is None else pipeline
+        if at_front:
+            # It was served before: its flow has been charged, and its tag is no later than others.
+            connection.lpush(self.key, job_id)
+            return
         state = [self.key, self._tags, f"{self.key}:clock", Job.key_for(job_id)]
         QUEUE_JOB(connection, state, job_id, _TAGS_TTL)
 

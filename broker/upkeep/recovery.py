@@ -84,7 +84,7 @@ def handle_lost_process(
     worker: str | None,
     reason: Problem | None = None,
 ) -> None:
-    """Queue a job again whose process died, or fail it, in our records and in RQ.
+    """Queue a job again, as the next one, whose process died, or fail it, here and in RQ.
 
     A job that another worker runs by now is left to it.
 
@@ -107,6 +107,8 @@ def handle_lost_process(
     record = store.jobs.readable(job.id)
     state = store.jobs.lose(job.id, losses_allowed, reason or lost_process(record, how), worker)
     job.retries_left = 1 if state is JobState.QUEUED else 0
+    # A job whose process was killed has waited already. One that the store failed waits again.
+    job.enqueue_at_front_on_retry = reason is None
     log.warning("job lost its process", job_id=job.id, how=how, state=state)
     if state is not JobState.RUNNING:
         _trace_loss(store, record, state, how)

@@ -143,6 +143,16 @@ def test_a_job_that_is_queued_again_waits_once_and_where_it_belongs(turns: Turns
     assert turns.waiting == [f"A-{number}" for number in (2, 3, 4, 5, 6, 1)]
 
 
+def test_a_job_that_was_lost_is_next_and_its_flow_is_not_charged_again(turns: Turns) -> None:
+    lost, *mine = turns.push(A, 3)
+    others = turns.push(B, 3)
+    assert turns.take() == [lost]
+    turns.queue.push_job_id(lost, at_front=True)
+    more = turns.push(C)
+    assert turns.waiting == [lost, others[0], *more, mine[0], others[1], mine[1], others[2]]
+    assert turns.take() == [lost]
+
+
 def test_jobs_of_an_older_version_keep_their_place(turns: Turns) -> None:
     turns.client.rpush(turns.queue.key, "old-1", "old-2")
     turns.push(A, 3)

@@ -153,8 +153,11 @@ def test_the_jobs_of_a_dead_worker_are_run_by_another(queue: JobQueue) -> None:
         while Path(f"/proc/{horse}/cmdline").exists() and time.monotonic() < deadline:
             time.sleep(0.02)
         assert not Path(f"/proc/{horse}/cmdline").exists() or not horses(horse)
+    other = validation(queue, blob_file(5))
     recover(queue, NOW)
     assert queue.store.jobs.state(job) is JobState.QUEUED
+    # It has waited before.
+    assert queue.rq.current.get_job_ids() == [job, other]
     with worker(queue):
         deadline = time.monotonic() + 240
         while queue.store.jobs.state(job) is not JobState.RUNNING:
