@@ -39,6 +39,13 @@ class Results:
         """Return the result of a job, JSON in gzip."""
         return self.blobs.get(self.keys.job_result(job_id))
 
+    def kept(self, job_ids: Sequence[str]) -> set[str]:
+        """Return those of some jobs whose results are still kept."""
+        with self.client.pipeline(transaction=False) as pipe:
+            for job_id in job_ids:
+                pipe.exists(self.keys.job_result(job_id))
+            return {one for one, kept in zip(job_ids, pipe.execute(), strict=True) if kept}
+
     def arrays(self, job_id: str) -> bytes | None:
         """Return the result of a job as arrays, npz."""
         return self.blobs.get(self.keys.job_arrays(job_id))

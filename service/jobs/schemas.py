@@ -33,7 +33,7 @@ MOST_NAMED: Final = 20
 
 
 class JobLinks(BaseModel):
-    """Addresses of a job and its results."""
+    """Addresses of a job and its results; without those of a result that is no longer kept."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -184,6 +184,8 @@ class Job(BaseModel):
         giving_way = {record.id for record in records if queue.gives_way(record)}
         served = bool(queued or giving_way) and queue.any_worker()
         positions = queue.rq.positions(queued) if queued else []
+        succeeded = [one.id for one in records if one.state is JobState.SUCCEEDED]
+        gone = set(succeeded) - queue.store.results.kept(succeeded)
         place = {one.id: known for one, known in zip(queued, positions, strict=True)}
         return tuple(
             cls._of(
@@ -191,6 +193,7 @@ class Job(BaseModel):
                 place.get(record.id),
                 _waiting_for(record, place.get(record.id), served, record.id in giving_way),
                 served and _awaits_spectra(record, place.get(record.id), queue),
+                record.id in gone,
             )
             for record in records
         )
@@ -202,9 +205,10 @@ class Job(BaseModel):
         position: int | None,
         waiting_for: _Awaited | None,
         awaits_spectra: bool,
+        gone: bool,
     ) -> Self:
         path = f"/v1/jobs/{record.id}"
-        has_result = record.kind.has_result
+        kind = record.kind
         error, subject = record.error, subject_of(record.payload)
         return cls(
             id=record.id,
@@ -231,14 +235,18 @@ class Job(BaseModel):
             links=JobLinks(
                 self=path,
                 events=f"{path}/events",
-                result=f"{path}/result" if has_result else None,
-                picture=f"{path}/result.png" if record.kind.has_picture else None,
-                arrays=f"{path}/result.npz" if record.kind.has_arrays else None,
-                exports=tuple(f"{path}/result.{one}" for one in exports_of(record.payload)),
+                result=f"{path}/result" if kind.has_result and not gone else None,
+                picture=f"{path}/result.png" if kind.has_picture and not gone else None,
+                arrays=f"{path}/result.npz" if kind.has_arrays and not gone else None,
+                exports=() if gone else _exports(record, path),
                 match=None if subject.match is None else f"/v1/jobs/{subject.match}",
                 partial=_partial(record),
             ),
         )
+
+
+def _exports(record: JobRecord, path: str) -> tuple[str, ...]:
+    return tuple(f"{path}/result.{one}" for one in exports_of(record.payload))
 
 
 def depends_on_queue(record: JobRecord) -> bool:

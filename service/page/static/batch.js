@@ -32,7 +32,7 @@ export async function stoppedBatchView(place, job, signal) {
 
 export async function batchView(place, result, job, signal) {
   const rows = await rowsOf(result.matches, signal);
-  const path = job.state === "succeeded" ? job.links.result : job.links.partial;
+  const path = job.state === "succeeded" ? `${job.links.self}/result` : job.links.partial;
   const succeeded = result.matches.filter((match) => match.state === "succeeded").length;
   const matches = rows.length === 1 ? "1 match" : `${count(rows.length)} matches`;
   document.title = `${matches} – isomatch`;

@@ -49,7 +49,7 @@ export async function resultOf({ links }, signal) {
   await follow(links.events, () => {}, signal);
   const job = await get(links.self, signal);
   if (job.state !== "succeeded") throw new Problem(0, job.error ?? { detail: "The job was cancelled." });
-  return get(links.result, signal);
+  return get(`${links.self}/result`, signal);
 }
 
 async function* events(body) {

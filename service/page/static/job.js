@@ -63,7 +63,7 @@ export async function jobView(place, [id, part], signal) {
     await stoppedJob(body, job, job.error, signal);
     if (job.kind === "batch") await stoppedBatchView(body.appendChild(h("div")), job, signal);
   } else if (RESULTS[job.kind]) {
-    const result = await orExpired(get(job.links.result, signal));
+    const result = await orExpired(get(`${path}/result`, signal));
     if (result instanceof Problem) {
       await stoppedJob(body, job, { title: result.title, detail: result.message }, signal);
       return;

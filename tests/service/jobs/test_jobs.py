@@ -285,6 +285,9 @@ def test_results_expire(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     api.store.client.delete(DEFAULT_KEYS.job_result(job["id"]))
     problem(http.get(job["links"]["result"]), 410, "result-expired")
     problem(http.get(job["links"]["picture"]), 410, "result-expired")
+    links = http.get(job["links"]["self"]).json()["links"]
+    assert [links[name] for name in ("result", "picture", "arrays")] == [None] * 3
+    assert links["exports"] == []
 
 
 def test_a_failed_job_says_why(http: httpx2.Client, upload: Upload, shapes: Shapes) -> None:
