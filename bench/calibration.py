@@ -7,8 +7,8 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray
 
 PROBABLY_RIGHT = 0.5
-"""Probability from which on an answer is more probably right than not, and called sure by tables;
-below, it is called doubtful. Stricter is :data:`solver.registration.confidence.SURE`."""
+"""Probability above which an answer is more probably right than not, and called sure by tables;
+otherwise, it is called doubtful. Stricter is :data:`solver.registration.confidence.SURE`."""
 
 BINS = 5
 """Bins of equal width of the reliability table."""
@@ -94,7 +94,7 @@ def calibration(probability: FloatArray, right: BoolArray) -> Calibration:
     right
         (P,) whether the answer is right.
     """
-    sure = probability >= PROBABLY_RIGHT
+    sure = probability > PROBABLY_RIGHT
     bins = reliability(probability, right)
     away = [
         abs(one.probability - one.right)

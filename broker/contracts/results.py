@@ -8,7 +8,7 @@ from broker.contracts.parameters import MatchParameters
 from broker.contracts.problems import FieldProblem
 
 LIKELY_RIGHT: Final = 0.5
-"""Probability of being right from which on an answer is not in doubt."""
+"""Probability of being right above which an answer is not in doubt: a coin toss is."""
 
 
 class _Part(BaseModel):
@@ -162,14 +162,14 @@ class Confidence(_Part):
         ge=0,
         le=1,
         description="Calibrated probability that the answer is right: that its mean geodesic error"
-        " is below a tenth of the square root of the area. Below one half the answer is in doubt.",
+        " is below a tenth of the square root of the area. Up to one half the answer is in doubt.",
     )
     reasons: tuple[str, ...] = Field(description="Reasons for doubt, in words; empty if none.")
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the answer is less than likely to be right."""
-        return self.probability < LIKELY_RIGHT
+        """Whether the answer is not more probably right than wrong."""
+        return self.probability <= LIKELY_RIGHT
 
 
 class RefinedPoint(_Part):

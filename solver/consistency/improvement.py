@@ -95,7 +95,7 @@ class Consistency:
         return tuple(
             pair
             for pair in self.maps.pairs()
-            if self.maps.probabilities[pair] < 0.5 or _above(self.after.of_pair(pair))
+            if self.maps.probabilities[pair] <= 0.5 or _above(self.after.of_pair(pair))
         )
 
     def doubtful_shapes(self) -> tuple[int, ...]:

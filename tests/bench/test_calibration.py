@@ -19,8 +19,9 @@ def test_always_one_half_has_a_brier_score_of_a_quarter() -> None:
     found = calibration(np.full(14, 0.5), right)
     assert found.brier == 0.25
     assert found.error == 0.0
-    assert found.right_of_sure == 0.5
-    assert found.doubted_of_wrong == 0.0
+    # A coin toss is doubtful.
+    assert found.right_of_sure is None
+    assert found.doubted_of_wrong == 1.0
 
 
 def test_figures_of_four_answers() -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from broker.contracts import (
-    LIKELY_RIGHT,
     CollectionPair,
     CollectionShape,
     ConsistentMapsPayload,
@@ -211,7 +210,7 @@ def _pair_report(
     confidence = given.confidence if replaced is None else replaced.confidence
     reason = None
     if own in doubtful:
-        wrong = confidence.probability < LIKELY_RIGHT
+        wrong = confidence_of(confidence).in_doubt
         about = "it is probably wrong" if wrong else f"its cycle error is above {DOUBTFUL}"
         reason = f"{about}; see its confidence and its cycle error"
     path = () if replaced is None else replaced.path[1:-1]

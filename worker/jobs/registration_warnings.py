@@ -58,13 +58,13 @@ def doubtful_specimens(
     doubted = [
         f"{name!r} ({confidence:.2f})"
         for name, confidence in zip(names, confidences, strict=True)
-        if confidence is not None and confidence < LIKELY_RIGHT
+        if confidence is not None and confidence <= LIKELY_RIGHT
     ]
     parts = possible_parts(names, boundaries, template)
     warnings = []
     if doubted:
         warnings.append(
-            f"matched with a confidence below {LIKELY_RIGHT:g}, and yet in the mean and the"
+            f"matched with a confidence of at most {LIKELY_RIGHT:g}, and yet in the mean and the"
             f" components: {', '.join(doubted)}; look at them, and leave out those that are wrong"
         )
     if parts:

@@ -7,7 +7,7 @@ from pydantic import FiniteFloat
 from isomatch._models.answer import Answer
 
 LIKELY_RIGHT: Final = 0.5
-"""Probability of being right from which on an answer is not in doubt."""
+"""Probability of being right above which an answer is not in doubt."""
 
 
 class Confidence(Answer):
@@ -33,8 +33,8 @@ class Confidence(Answer):
 
     @property
     def in_doubt(self) -> bool:
-        """Whether the answer is less than likely to be right."""
-        return self.probability < LIKELY_RIGHT
+        """Whether the answer is not more probably right than wrong."""
+        return self.probability <= LIKELY_RIGHT
 
     def __str__(self) -> str:
         # No calibration is as sure as 0 or 100 per cent.

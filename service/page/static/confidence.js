@@ -2,25 +2,27 @@
 
 import { h, withCode } from "./dom.js";
 
-/** Probability of being right from which on an answer is not in doubt (broker/contracts/results.py). */
-export const LIKELY_RIGHT = 0.5;
+/** Probability of being right above which an answer is not in doubt (broker/contracts/results.py). */
+const LIKELY_RIGHT = 0.5;
 /** Probability from which on nobody needs to check it. */
 const SURE = 0.8;
 
+export const inDoubt = (probability) => probability <= LIKELY_RIGHT;
+
 const LEVELS = [
-  { least: SURE, badge: "good", meaning: "The answer is likely right." },
-  { least: LIKELY_RIGHT, badge: "fair", meaning: "The answer is rather right than wrong; check it." },
-  { least: 0, badge: "doubt", meaning: "The answer may be wrong." },
+  { holds: inDoubt, badge: "doubt", meaning: "The answer may be wrong." },
+  { holds: (one) => one < SURE, badge: "fair", meaning: "The answer is rather right than wrong; check it." },
+  { holds: () => true, badge: "good", meaning: "The answer is likely right." },
 ];
 
-const levelOf = (probability) => LEVELS.find(({ least }) => probability >= least);
+const levelOf = (probability) => LEVELS.find(({ holds }) => holds(probability));
 
 /** "97 %", never 0 or 100: no calibration is as sure as that. */
 export const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
 
 function badge({ probability }) {
   const said = `confidence ${confidencePercent(probability)}`;
-  return h("span", { class: `badge ${levelOf(probability).badge}` }, probability < LIKELY_RIGHT ? `in doubt, ${said}` : said);
+  return h("span", { class: `badge ${levelOf(probability).badge}` }, inDoubt(probability) ? `in doubt, ${said}` : said);
 }
 
 const list = (reasons) => h("ul", {}, reasons.map((reason) => h("li", {}, withCode(reason))));

@@ -1,6 +1,6 @@
 // Numbers, times, states and certificates as text.
 
-import { LIKELY_RIGHT } from "./confidence.js";
+import { inDoubt } from "./confidence.js";
 import { h } from "./dom.js";
 
 const STATES = {
@@ -63,11 +63,11 @@ export function figure(number) {
     : h("data", { value: number, title: String(number) }, digits(number));
 }
 
-const inDoubt = (confidence) => Boolean(confidence) && confidence.probability < LIKELY_RIGHT;
+const isDoubtful = (confidence) => Boolean(confidence) && inDoubt(confidence.probability);
 
 /** A badge that says whether a result is certified; where the answer is in doubt, it does not look good. */
 export const certifiedBadge = ({ certified, confidence }) =>
-  h("span", { class: certified && !inDoubt(confidence) ? "badge good" : "badge" }, certified ? "certified" : "not certified");
+  h("span", { class: certified && !isDoubtful(confidence) ? "badge good" : "badge" }, certified ? "certified" : "not certified");
 
 /** The certificate of a match as a sentence. */
 export function certificate({ certified, gap, energy, lower_bound: bound }) {
@@ -91,5 +91,5 @@ export function lessEnergy({ energy, alternatives, proof, confidence }) {
   if (!confidence || known.length === 0) return null;
   const subject = known.join(" and ");
   return `${subject[0].toUpperCase()}${subject.slice(1)} ${known.length > 1 ? "have" : "has"} less energy, but the answer was chosen by registration in`
-    + ` space, which ${inDoubt(confidence) ? "is in doubt here" : "tells it from others, such as the mirror image"}.`;
+    + ` space, which ${isDoubtful(confidence) ? "is in doubt here" : "tells it from others, such as the mirror image"}.`;
 }

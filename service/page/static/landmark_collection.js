@@ -1,7 +1,7 @@
 // Landmarks of a template carried to all specimens of a batch: a row for each, and one archive of all files.
 
 import { Problem, get } from "./api.js";
-import { LIKELY_RIGHT } from "./confidence.js";
+import { inDoubt } from "./confidence.js";
 import { button, fill, h, table } from "./dom.js";
 import { save } from "./download.js";
 import { ended, follow } from "./events.js";
@@ -108,7 +108,7 @@ function row({ match, name, stem, carried, problem }) {
       () => save(new Blob([textOf(format, stem, carried)]), `${stem}.${format}`), { class: "small" })])));
 }
 
-const leastOf = ({ label, confidence }) => [Number(confidence) < LIKELY_RIGHT
+const leastOf = ({ label, confidence }) => [inDoubt(Number(confidence))
   ? h("span", { class: "badge doubt" }, `in doubt, ${confidence}`) : confidence, ` at ${label}`];
 
 const textOf = (format, stem, carried) => writeLandmarks(format, stem, writtenOf(carried), carried.coordinates);

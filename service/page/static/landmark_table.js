@@ -1,7 +1,7 @@
 // The list of landmarks beside the shapes: choosing, moving by the keyboard, and resetting.
 
 import { css, distinct } from "./colors.js";
-import { LIKELY_RIGHT } from "./confidence.js";
+import { inDoubt } from "./confidence.js";
 import { button, h, table } from "./dom.js";
 
 /** Steps to the right and up, on the screen, of each key. */
@@ -49,7 +49,7 @@ function row({ label, lack, confidence }, i, corrections, selection, step, sure)
   return { node, update };
 }
 
-const confidenceOf = (confidence) => (confidence !== null && Number(confidence) < LIKELY_RIGHT
+const confidenceOf = (confidence) => (confidence !== null && inDoubt(Number(confidence))
   ? h("span", { class: "badge doubt" }, `in doubt, ${confidence}`) : confidence ?? "");
 
 function chooseButton(label, i, selection, step, missing) {

@@ -27,8 +27,8 @@ def test_results_of_older_versions_are_read() -> None:
     assert (found.dense.faces, found.dense.barycentric) == ((), ())
 
 
-@pytest.mark.parametrize(("probability", "doubtful"), [(0.0, True), (0.49, True), (0.5, False)])
-def test_an_answer_less_than_likely_is_in_doubt(probability: float, doubtful: bool) -> None:
+@pytest.mark.parametrize(("probability", "doubtful"), [(0.0, True), (0.5, True), (0.51, False)])
+def test_an_answer_that_is_not_likely_is_in_doubt(probability: float, doubtful: bool) -> None:
     assert Confidence(probability=probability, reasons=()).in_doubt is doubtful
 
 

@@ -33,7 +33,8 @@ def printed(found: isomatch.Match) -> str:
     [
         (1.0, "confidence 99 %"),
         (0.97, "confidence 97 %"),
-        (0.5, "confidence 50 %"),
+        (0.51, "confidence 51 %"),
+        (0.5, "in doubt, confidence 50 %"),
         (0.49, "in doubt, confidence 49 %"),
         (0.0, "in doubt, confidence 1 %"),
     ],

@@ -144,7 +144,8 @@ def test_scales_are_those_of_pictures(page: Page) -> None:
     [
         (0.01, "doubt"),
         (0.499, "doubt"),
-        (0.5, "fair"),
+        (0.5, "doubt"),
+        (0.501, "fair"),
         (0.799, "fair"),
         (0.8, "good"),
         (1.0, "good"),
@@ -155,10 +156,10 @@ def test_confidence_has_three_colours(page: Page, probability: float, badge: str
         const confidence = { probability: given, reasons: ["low; give `points`, or `a"] };
         const note = m.confidenceNote({ confidence });
         const code = [...note.querySelectorAll("li code")].map((node) => node.textContent);
-        return [m.LIKELY_RIGHT, note.querySelector(".badge").className, code, note.textContent];
+        return [m.inDoubt(given), note.querySelector(".badge").className, code, note.textContent];
     """
-    likely, found, code, text = call(page, "confidence", body, probability)
-    assert likely == LIKELY_RIGHT
+    doubtful, found, code, text = call(page, "confidence", body, probability)
+    assert doubtful == (probability <= LIKELY_RIGHT) == (badge == "doubt")
     assert found == f"badge {badge}"
     assert ("in doubt" in text) is (badge == "doubt")
     assert code == ["points"]

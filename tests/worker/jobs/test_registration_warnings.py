@@ -10,11 +10,11 @@ NAMES = ["a", "b", "c"]
 
 
 def test_matches_in_doubt_are_named_with_their_confidence() -> None:
-    (said,) = doubtful_specimens(NAMES, [0.9, 0.314, None], [0.0, 0.0, 0.0], 0.0)
-    assert "'b' (0.31)" in said
+    (said,) = doubtful_specimens(NAMES, [0.9, 0.5, None], [0.0, 0.0, 0.0], 0.0)
+    assert "'b' (0.50)" in said
     assert "'a'" not in said
     assert "'c'" not in said
-    assert doubtful_specimens(NAMES, [0.5, 1.0, None], [0.0, 0.0, 0.0], 0.0) == ()
+    assert doubtful_specimens(NAMES, [0.51, 1.0, None], [0.0, 0.0, 0.0], 0.0) == ()
 
 
 def test_parts_have_more_boundary_than_the_template() -> None:
