@@ -70,5 +70,8 @@ def one_for_each(what: str, others: str) -> Callable[[ListT, ValidationInfo], Li
 
 
 def base_name(path: str) -> str:
-    """Return the last part of a POSIX or Windows path, without characters that cannot be shown."""
+    """Return the last part of an uploaded file's path, without characters that cannot be shown."""
+    # Browsers escape these three, and not the % itself (WHATWG HTML, multipart/form-data).
+    for escaped, character in (("%22", '"'), ("%0A", "\n"), ("%0D", "\r")):
+        path = path.replace(escaped, character)
     return PureWindowsPath(_UNSHOWABLE.sub("", path)).name

@@ -116,6 +116,8 @@ def test_names_that_cannot_be_shown(http: httpx2.Client, name: str) -> None:
         (b"../../cat.off", None, "cat.off"),
         (b"C:\\cats\\cat.off", None, "cat.off"),
         (b"ca\x1b\nt.off", None, "cat.off"),
+        (b"a;b%22c%0D%0A.off", None, 'a;b"c.off'),
+        (b"100%25 cat%2F.off", None, "100%25 cat%2F.off"),
     ],
 )
 def test_names(http: httpx2.Client, filename: bytes, name: str | None, shown: str) -> None:
