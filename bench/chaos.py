@@ -245,7 +245,7 @@ def _record(http: httpx2.Client, job: str) -> dict[str, Any] | None:
 
 
 def _has_result(http: httpx2.Client, record: dict[str, Any]) -> bool:
-    answer: httpx2.Response = http.get(record["links"]["result"])
+    answer: httpx2.Response = http.get(record["links"]["self"] + "/result")
     return answer.status_code == 200 and bool(answer.json())
 
 
