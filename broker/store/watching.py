@@ -51,5 +51,6 @@ def signs(client: Redis, jobs: Sequence[str]) -> list[bytes | None]:
 
 
 def _fields(client: Redis, jobs: Sequence[str], *fields: str) -> list[bytes | None]:
+    # By a script: for 500 jobs, a pipeline takes eight times as much of the API's time.
     found: list[bytes | None] = scripts.JOB_FIELDS(client, list(jobs), *fields)
     return found

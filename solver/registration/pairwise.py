@@ -159,6 +159,11 @@ def register_map(
     control
         May cancel.
 
+    Returns
+    -------
+    Registration
+        With the confidence in this map alone; :meth:`.Registration.among` compares it with another.
+
     Raises
     ------
     Cancelled

@@ -2,22 +2,14 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from typing import Any
 
-from broker.store import CandidateGone
+from broker.store import CandidateGone, RecordStore
 from worker.jobs.failures import UploadGone
 
 
-class _Records(Protocol):
-    """The part of the store that keeps what uploads of one kind become."""
-
-    def get(self, record_id: str, /) -> object: ...
-
-    def lost(self, record_id: str, /) -> bool: ...
-
-
 @contextmanager
-def stored_once(records: _Records, record_id: str) -> Iterator[None]:
+def stored_once(records: RecordStore[Any], record_id: str) -> Iterator[None]:
     """Store an upload, unless an earlier run of the job has: its candidate is gone then.
 
     Raises
