@@ -125,6 +125,9 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
                 for match in ended.new(await self.matches()):
                     record = await self._transport.run(jobs.get_job(match))
                     yield AsyncJob(self._transport, record)
+        for match in ended.others(await self.matches()):
+            record = await self._transport.run(jobs.get_job(match))
+            yield await AsyncJob(self._transport, record).wait()
 
 
 def _blocking_request(transport: AsyncTransport) -> Callable[[str], Drawable] | None:

@@ -272,3 +272,6 @@ class Job(RecordedJob, Generic[ResultT]):
         for _ in self.events():
             for match in ended.new(self.matches()):
                 yield Job(self._transport, self._transport.run(jobs.get_job(match)))
+        # A cancelled batch has ended before those of its matches that were running.
+        for match in ended.others(self.matches()):
+            yield Job(self._transport, self._transport.run(jobs.get_job(match))).wait()

@@ -46,3 +46,7 @@ class EndedMatches:
             if one.finished and one.job not in self._told:
                 self._told.add(one.job)
                 yield one.job
+
+    def others(self, progress: BatchProgress) -> list[str]:
+        """Return the ids of the jobs that have not been told of."""
+        return [one.job for one in progress.matches if one.job not in self._told]

@@ -64,6 +64,27 @@ def test_a_match_that_waits_is_cancelled_alone(client: isomatch.Client, pair: Pa
     batch.cancel().wait()
 
 
+def test_matches_that_still_run_when_their_batch_is_cancelled(
+    client: isomatch.Client, url: str, pair: Pair
+) -> None:
+    batch = client.match_many(pair[0], [pair[1]] * 4, **LASTING)
+    matches = batch.matches().matches
+    for _ in client.job(matches[0].job).events():
+        if client.job(matches[0].job).state == "running":
+            break
+    batch.cancel()
+    assert {job.id: job.state for job in batch.ended_matches()} == {
+        match.job: "cancelled" for match in matches
+    }
+
+    async def asked() -> set[str]:
+        async with isomatch.AsyncClient(url) as other:
+            same = await other.job(batch.id)
+            return {job.id async for job in same.ended_matches()}
+
+    assert anyio.run(asked) == {match.job for match in matches}
+
+
 def test_a_cancelled_batch(client: isomatch.Client, pair: Pair) -> None:
     batch = client.match_many(pair[0], [pair[1]], **LASTING)
     assert batch.cancel().wait().state == "cancelled"
