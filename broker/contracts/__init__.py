@@ -86,7 +86,14 @@ from broker.contracts.results import (
     SampleProof,
     no_alternative,
 )
-from broker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
+from broker.contracts.shapes import (
+    MESH_FORMATS,
+    UPRIGHT,
+    ShapeRecord,
+    ViewAxes,
+    file_type_of,
+    shape_id,
+)
 from broker.contracts.solver_options import GREATEST
 from broker.contracts.spectra import (
     SPECTRUM_VERSION,
@@ -143,6 +150,7 @@ __all__ = [
     "TENANT_NAME",
     "TEXTURE",
     "UNUSABLE",
+    "UPRIGHT",
     "URN",
     "UV",
     "Alternative",
@@ -221,6 +229,7 @@ __all__ = [
     "ValidationPayload",
     "Vertex",
     "View",
+    "ViewAxes",
     "Webhook",
     "WebhookEvent",
     "attribute_format_of",

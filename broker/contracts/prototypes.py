@@ -7,6 +7,7 @@ from typing import Final, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.parameters import PrototypeParameters, PrototypeStructures
+from broker.contracts.shapes import UPRIGHT, ViewAxes
 
 MOST_EXAMPLES: Final = 256
 """Greatest number of shapes a prototype is learned from."""
@@ -96,6 +97,11 @@ class PrototypeRecord(BaseModel):
     )
     reference: str | None = Field(
         description="Id of the shape its points were chosen on; null if it was uploaded."
+    )
+    view: ViewAxes = Field(
+        default=UPRIGHT,
+        description="How the page and figures show its points: as its first surface stands. Without"
+        " surfaces, and for prototypes of earlier versions, y is up.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known of it.")
     created: datetime = Field(description="When it was learned or uploaded.")

@@ -5,6 +5,7 @@ from typing import Final, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.results import Confidence
+from broker.contracts.shapes import UPRIGHT, ViewAxes
 
 MOST_SPECIMENS: Final = 256
 """Greatest number of specimens of a registration."""
@@ -66,6 +67,11 @@ class RegistrationResult(BaseModel):
     components: tuple[PrincipalComponent, ...] = Field(
         description="Principal components, by falling variance: one fewer than registered"
         " specimens."
+    )
+    view: ViewAxes = Field(
+        default=UPRIGHT,
+        description="How the page and the picture show the mean shape: as the template stands. In"
+        " results of earlier versions, y is up.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')

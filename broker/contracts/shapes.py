@@ -3,9 +3,10 @@
 import hashlib
 from datetime import datetime
 from pathlib import PurePath
-from typing import Final, Literal
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
+from typing_extensions import TypeAliasType
 
 MESH_FORMATS: Final = (
     "csv",
@@ -23,6 +24,19 @@ MESH_FORMATS: Final = (
 )
 """The formats that can be uploaded, which are those the solver reads; csv, txt and xyz are point
 clouds, zip holds another."""
+
+_Direction: TypeAlias = tuple[float, float, float]
+# An alias by name, so that OpenAPI describes it once.
+ViewAxes = TypeAliasType(
+    "ViewAxes",
+    Annotated[
+        tuple[_Direction, _Direction, _Direction],
+        Field(description="Directions to the right, up and towards the viewer: a rotation's rows."),
+    ],
+)
+
+UPRIGHT: Final[ViewAxes] = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+"""The view of a file whose y axis is up and whose z axis is towards the viewer."""
 
 
 def shape_id(data: bytes) -> str:
@@ -57,6 +71,7 @@ class ShapeRecord(BaseModel):
                     "components": 1,
                     "closed": True,
                     "has_colors": False,
+                    "view": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
                     "warnings": [],
                     "created": "2026-03-01T12:00:00Z",
                 }
@@ -92,5 +107,10 @@ class ShapeRecord(BaseModel):
     )
     closed: bool = Field(description="Whether the surface has no boundary.")
     has_colors: bool = Field(description="Whether the vertices have colours.")
+    view: ViewAxes = Field(
+        default=UPRIGHT,
+        description="How the page and figures show it: upright, seen from its broad side. For"
+        " shapes of earlier versions, y is up.",
+    )
     warnings: tuple[str, ...] = Field(description="What was repaired, left out or linked.")
     created: datetime = Field(description="When it was uploaded.")

@@ -26,7 +26,7 @@ from worker.jobs.failures import PrototypeGone
 from worker.jobs.options import choice_of
 from worker.jobs.torus import torus_file
 from worker.jobs.uploads import stored_once
-from worker.pictures import packed_prototype
+from worker.pictures import packed_prototype, prototype_view
 
 _GREATEST: Final = 1e64
 """Greatest number of an archive: the largest extent of a mesh, so that what was learned of any can
@@ -171,6 +171,7 @@ def record_of(
         surfaces=len(prototype.surfaces),
         learned_from=None,
         reference=None,
+        view=prototype_view(prototype).rows(),
         warnings=_sanitised(prototype.warnings),
         created=created,
     )

@@ -17,7 +17,7 @@ from solver.transfer.files import WrittenSurface, write_surface
 from worker.jobs.carrying import colors_of_file, solver_map
 from worker.jobs.failures import ResultGone, ShapeGone
 from worker.jobs.meshes import mesh_of, spectrum_key_of, stored_mesh
-from worker.pictures import draw_components
+from worker.pictures import View, draw_components
 
 
 def export_registered(
@@ -61,7 +61,7 @@ def draw_registration(result: RegistrationResult, job_id: str, store: Store) -> 
         arrays["variances"],
         [one.explained for one in result.components],
         f"{result.template_name or 'template'}, {len(arrays['positions'])} specimens",
-        _on_template(result.template, arrays["faces"], store),
+        View(np.array(result.view)),
     )
 
 
@@ -125,18 +125,6 @@ def _template(template: str, store: Store) -> TriangleMesh | None:
         return stored_mesh(template, store.shapes)
     except ShapeGone:
         return None
-
-
-def _on_template(
-    template: str, faces: IntArray, store: Store
-) -> tuple[IntArray, FloatArray] | None:
-    """Rows of the mean and their positions on the template; None if the template was deleted."""
-    mesh = _template(template, store)
-    if mesh is None:
-        return None
-    # Of a template of several components, the largest may have been registered alone.
-    known = np.isin(mesh.vertex_ids, faces)
-    return mesh.vertex_ids[known], mesh.vertices[known]
 
 
 def _surface(

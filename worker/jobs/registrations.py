@@ -34,6 +34,7 @@ from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.registered_files import rows_of_file
 from worker.jobs.registration_warnings import boundary_of, doubtful_specimens, unlike_sizes
 from worker.jobs.shape_names import shape_names
+from worker.pictures import source_view, target_view
 
 _LEAST_VERTICES: Final = 4
 """Least number of vertices of a surface that can be registered."""
@@ -126,6 +127,8 @@ def _result(
     registered = [
         (name, one) for name, one in zip(called, found, strict=True) if isinstance(one, _Registered)
     ]
+    # The mean has the orientation of the first specimen.
+    standing = source_view(mesh.vertices, mesh.faces)
     registered_names = [name for name, _ in registered]
     sizes = statistics.alignment.sizes.tolist()
     components = zip(statistics.variances.tolist(), statistics.explained.tolist(), strict=True)
@@ -140,6 +143,7 @@ def _result(
             PrincipalComponent(variance=variance, explained=explained)
             for variance, explained in components
         ),
+        view=target_view(standing, mesh.vertices, statistics.mean).rows(),
         warnings=(
             *(f"template: {warning}" for warning in mesh.warnings),
             *doubtful_specimens(

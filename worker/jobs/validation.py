@@ -5,7 +5,7 @@ from solver.mesh import TriangleMesh, read_mesh
 from worker.jobs.context import JobContext
 from worker.jobs.meshes import mesh_to_bytes
 from worker.jobs.uploads import stored_once
-from worker.pictures import packed_geometry
+from worker.pictures import packed_geometry, source_view
 
 
 def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
@@ -48,6 +48,7 @@ def _record(
         components=mesh.components,
         closed=mesh.closed,
         has_colors=mesh.colors is not None,
+        view=source_view(mesh.vertices, mesh.faces).rows(),
         warnings=mesh.warnings,
         created=job.created,
     )

@@ -6,7 +6,7 @@ from worker.pictures.geometry import packed_geometry, packed_prototype
 from worker.pictures.heat_map import draw_matrix
 from worker.pictures.hypothesis import NoAlternative, hypothesis_of
 from worker.pictures.match_picture import draw_match, draw_prototype_match
-from worker.pictures.view import View, source_view
+from worker.pictures.view import View, prototype_view, source_view, target_view
 
 __all__ = [
     "NoAlternative",
@@ -19,5 +19,7 @@ __all__ = [
     "hypothesis_of",
     "packed_geometry",
     "packed_prototype",
+    "prototype_view",
     "source_view",
+    "target_view",
 ]

@@ -8,7 +8,7 @@ from solver.arrays import FloatArray, IntArray
 from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
 from worker.pictures.match_picture import draw_surface
 from worker.pictures.scene import Scene
-from worker.pictures.view import source_view, target_view
+from worker.pictures.view import View
 
 _SHOWN = 3
 """Components that are drawn."""
@@ -31,7 +31,7 @@ def draw_components(
     variances: FloatArray,
     explained: Sequence[float],
     title: str,
-    template: tuple[IntArray, FloatArray] | None = None,
+    view: View,
 ) -> bytes:
     """Draw the mean shape at −2, 0 and 2 standard deviations of its first three components.
 
@@ -43,10 +43,8 @@ def draw_components(
         (C, V, 3), (C,) and (C,); without any, the mean alone is drawn.
     title
         Title of the picture.
-    template
-        The template, which is seen as shapes are, and the mean as the template: rows of `mean`,
-        (K,), and their positions on the template, (K, 3). Without it the mean is seen as shapes
-        are, although it has the orientation of the first specimen.
+    view
+        View of the mean.
 
     Returns
     -------
@@ -63,16 +61,6 @@ def draw_components(
     )  # fmt: skip
     used = np.unique(faces)
     centre = mean[used].mean(axis=0)
-    if template is None:
-        view = source_view(mean[used] - centre, np.searchsorted(used, faces))
-    else:
-        rows_there, positions = template
-        there = positions - positions.mean(axis=0)
-        place = np.full(len(mean), -1)
-        place[rows_there] = np.arange(len(there))
-        known = place[faces]
-        standing = source_view(there, known[(known >= 0).all(axis=1)])
-        view = target_view(standing, there, mean[rows_there] - centre)
     shapes = {
         (row, step): view.of(_moved(mean - centre, row, step, components, variances))
         for row in range(rows)

@@ -1,4 +1,4 @@
-"""Views of shapes in pictures."""
+"""Views of shapes, which records of shapes have, so that the page and the client need no others."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,8 +9,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.transform import Rotation
 
+from broker.contracts import UPRIGHT, ViewAxes
 from broker.contracts import View as Side
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.prototype import Prototype
 
 _THIN = 0.75
 """Cosine above which an axis is the thin direction; at most one axis exceeds it (> 1/sqrt 2)."""
@@ -23,6 +25,9 @@ _TILT = 2.0
 
 _ROUNDING = 1e-9
 """Squared distances, of points of unit spread, that are aligned."""
+
+_DECIMALS = 6
+"""Of directions in records."""
 
 _TURNS: Mapping[Side, FloatArray] = MappingProxyType(
     {
@@ -54,6 +59,12 @@ class View:
         seen: FloatArray = points @ self.axes.T
         return seen
 
+    def rows(self) -> ViewAxes:
+        """The axes as records have them."""
+        # No negative zeros.
+        right, up, towards = map(tuple, (self.axes.round(_DECIMALS) + 0.0).tolist())
+        return right, up, towards
+
     def seen_from(self, side: Side) -> "View":
         """Return the view from another side; this one is from the front, left is the viewer's."""
         return View(_TURNS[side] @ self.axes)
@@ -69,8 +80,10 @@ def source_view(vertices: FloatArray, faces: IntArray) -> View:
     Parameters
     ----------
     vertices, faces
-        (V, 3), centred, and (F, 3).
+        (V, 3), of any size, and (F, 3).
     """
+    size = float(np.ptp(vertices, axis=0).max()) or 1.0
+    vertices = (vertices - vertices.min(axis=0)) / size
     thin = np.linalg.eigh(np.cov(vertices.T))[1][:, 0]
     upright = [axis for axis in (1, 2) if abs(thin[axis]) <= _THIN]
     axis = max(upright, key=lambda axis: _support(vertices, axis))
@@ -80,6 +93,13 @@ def source_view(vertices: FloatArray, faces: IntArray) -> View:
     # Eigenvectors have no sign: face the positive side of the axis that is nearest.
     towards *= np.sign(towards[np.argmax(np.abs(towards))])
     return View(np.stack([np.cross(up, towards), up, towards]))
+
+
+def prototype_view(prototype: Prototype) -> View:
+    """Return the view of the first surface of a prototype; y is up if it has none."""
+    if not prototype.surfaces:
+        return View(np.array(UPRIGHT))
+    return source_view(prototype.surfaces[0].vertices, prototype.surfaces[0].faces)
 
 
 def _support(vertices: FloatArray, axis: int) -> float:

@@ -12,6 +12,7 @@ from datetime import datetime
 from urllib.parse import urlsplit
 
 import httpx2
+import numpy as np
 import pytest
 import trimesh
 
@@ -21,6 +22,7 @@ from service.dependencies import UPLOADS_AT_ONCE
 from service.standalone import EmbeddedServer
 from tests.service.conftest import LIMIT, Api, Json, idle_api, nothing_is_left, problem
 from tests.worker.figures import blob, blob_file, off
+from worker.pictures import source_view
 
 Upload = Callable[..., Json]
 
@@ -38,6 +40,8 @@ def test_a_new_shape(http: httpx2.Client) -> None:
     assert answer.headers["location"] == f"/v1/shapes/{shape['id']}"
     assert datetime.fromisoformat(shape.pop("created")).tzinfo is not None
     assert shape.pop("area") > 0
+    vertices, faces = blob(2, seed=20)
+    np.testing.assert_allclose(shape.pop("view"), source_view(vertices, faces).axes, atol=1e-6)
     assert shape == {
         "id": shape["id"],
         "name": "a cat",
@@ -53,6 +57,14 @@ def test_a_new_shape(http: httpx2.Client) -> None:
         "has_colors": False,
         "warnings": [],
     }
+
+
+def test_y_is_up_for_a_shape_of_an_earlier_version(http: httpx2.Client, api: Api) -> None:
+    shape = post(http, blob_file(2, seed=25)).json()
+    stored = {name: value for name, value in shape.items() if name != "view"}
+    api.store.client.set(api.store.keys.shape(shape["id"]), json.dumps(stored), keepttl=True)
+    earlier = http.get(f"/v1/shapes/{shape['id']}").json()
+    assert earlier == shape | {"view": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}
 
 
 def test_the_same_bytes_are_the_same_shape(http: httpx2.Client) -> None:

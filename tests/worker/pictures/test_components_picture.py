@@ -1,4 +1,4 @@
-"""Pictures of components: the mean is seen as the template is."""
+"""Pictures of components."""
 
 import io
 
@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from solver.arrays import FloatArray
 from tests.worker.families import member
-from worker.pictures import draw_components
+from worker.pictures import View, draw_components, source_view
 
 
 def pixels(png: bytes) -> FloatArray:
@@ -16,15 +16,15 @@ def pixels(png: bytes) -> FloatArray:
     return image
 
 
-def test_the_mean_stands_as_the_template() -> None:
+def test_the_mean_is_seen_as_the_view_says() -> None:
     vertices, faces = member(3)
-    template = np.arange(len(vertices)), vertices
+    view = source_view(vertices, faces)
     steps, variances = 0.3 * vertices[None], np.array([1.0])
     lying = Rotation.from_euler("xyz", [70, 20, 10], degrees=True).as_matrix()
-    standing = draw_components(vertices, faces, steps, variances, [0.9], "x", template)
-    turned = draw_components(
-        vertices @ lying.T, faces, steps @ lying.T, variances, [0.9], "x", template
+    standing = draw_components(vertices, faces, steps, variances, [0.9], "x", view)
+    turned, other = (
+        draw_components(vertices @ lying.T, faces, steps @ lying.T, variances, [0.9], "x", seen)
+        for seen in (View(view.axes @ lying.T), view)
     )
-    other = draw_components(vertices @ lying.T, faces, steps @ lying.T, variances, [0.9], "x")
     np.testing.assert_allclose(pixels(turned), pixels(standing), atol=0.02)
     assert np.abs(pixels(other) - pixels(standing)).max() > 0.1

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from broker.contracts import View as Side
 from synthetic import articulated
 from tests.solver import shapes
-from worker.pictures import source_view
-from worker.pictures.view import target_view
+from worker.pictures import View, source_view, target_view
 
 FRONT = source_view(shapes.blob(2).vertices, shapes.blob(2).faces)
 SIDES: tuple[Side, ...] = get_args(Side)
@@ -58,6 +57,34 @@ def test_a_bent_target_stands_upright() -> None:
     bent = points @ Rotation.from_rotvec([0.2, 0.0, 0.0]).as_matrix().T
     bent += 0.3 * np.random.default_rng(1).standard_normal(bent.shape)
     np.testing.assert_allclose(target_view(FRONT, points, bent).axes[1], FRONT.axes[1])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-9, 1e40])
+@pytest.mark.parametrize(("up", "lengths"), [(1, [1, 3, 2]), (2, [2, 1, 3]), (2, [1, 2, 3])])
+def test_shapes_stand_and_are_seen_from_their_broad_side(
+    up: int, lengths: list[float], size: float
+) -> None:
+    """A table: a plate on four legs."""
+    corners = np.array([[x, y] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    legs = np.column_stack([corners, np.zeros(4)])
+    plate = np.column_stack([0.3 * corners, np.ones(4)])
+    points = np.vstack([legs, plate])
+    if up == 1:
+        points = points[:, [1, 2, 0]]
+    points = size * points * lengths
+    axes = source_view(points, np.array([[0, 1, 4], [2, 3, 7]])).axes
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+    np.testing.assert_array_equal(axes[1], np.eye(3)[up])
+    # The thinner of the two horizontal directions points to the viewer.
+    thin = min({0, 1, 2} - {up}, key=lambda axis: np.ptp(points[:, axis]))
+    assert np.argmax(np.abs(axes[2])) == thin
+
+
+def test_rows_of_records_have_six_decimals() -> None:
+    axes = [[1.0 / 3.0, 0.0, 0.0], [0.0, -0.0, 1.0], [-1e-9, 0.5, 0.0]]
+    rows = View(np.array(axes)).rows()
+    assert repr(rows) == "((0.333333, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.5, 0.0))"
 
 
 @pytest.mark.parametrize(("category", "pose"), [("human", "standing"), ("dog", "walking")])
