@@ -1,23 +1,20 @@
 // The mean shape of a registration, which sliders move along its principal components.
 
-import { PATIENCE_FOR_FILES, orNull, request } from "./api.js";
+import { PATIENCE_FOR_FILES, request } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { percent } from "./format.js";
-import { geometryOf, pointAt } from "./geometry.js";
 import { openNpz } from "./npz.js";
 import { canDraw } from "./plotly.js";
 import { Scene, extent } from "./scene.js";
 import { shareDrawn } from "./shape.js";
 import { simplified } from "./vertex_clustering.js";
-import { centred, rotated, sourceView, targetView } from "./view.js";
+import { UPRIGHT, centred, rotated } from "./view.js";
 
 /** Components with sliders, and their ends in standard deviations, as in the service's picture. */
 const SLIDERS = 3;
 const ENDS = 2;
 /** Size of the mean in its drawing: what is moved farther is drawn smaller. */
 const LEAST_SIZE = 0.8;
-/** Vertices by which the mean is turned as the template stands. */
-const ALIGNED = 2000;
 /** Most vertices of all registered templates that are fetched to be drawn: each has 48 bytes. */
 const MOST_FETCHED = 1_000_000;
 
@@ -32,7 +29,7 @@ export async function componentView(place, result, job, signal) {
     await showPicture(place, job, signal);
     return null;
   }
-  const shape = await fetched(job, result.template, signal);
+  const shape = await fetched(job, result.view ?? UPRIGHT, signal);
   if (signal.aborted) return null;
   return drawn(place, shape, result, signal);
 }
@@ -44,32 +41,19 @@ async function showPicture(place, job, signal) {
 }
 
 // What is drawn: the mean and what one standard deviation of each component adds to it, in the view's coordinates.
-async function fetched(job, template, signal) {
-  const [arrays, standing] = await Promise.all([
-    request(job.links.arrays, { signal }).then((answer) => answer.arrayBuffer()), orNull(geometryOf(template, signal)),
-  ]);
-  const array = openNpz(arrays);
+async function fetched(job, rows, signal) {
+  const array = openNpz(await (await request(job.links.arrays, { signal })).arrayBuffer());
   const [mean, faces, components, variances, scores] = await Promise.all(
     ["mean", "faces", "components", "variances", "scores"].map(array));
   const size = extent(mean.data) || 1;
   const whole = mean.data.map((value) => value / size);
   const mesh = simplified({ positions: whole, faces: Uint32Array.from(faces.data), colors: null });
-  const rows = standing === null ? sourceView(mesh) : viewOf(standing, whole, new Set(faces.data));
   const deviations = Array.from(variances.data, (variance) => Math.sqrt(Math.max(0, variance)));
   const steps = deviations.map((deviation, c) => rotated(rows, mesh.reduced(
     components.data.subarray(whole.length * c, whole.length * (c + 1)).map((value) => (deviation * value) / size))));
   const specimens = Array.from({ length: scores.shape[0] }, (_, m) => deviations.map((deviation, c) =>
     (deviation > 0 ? scores.data[m * deviations.length + c] / deviation : 0)));
   return { mean: centred(rotated(rows, mesh.positions)), faces: mesh.faces, share: mesh.share, steps, specimens };
-}
-
-// The mean has the orientation of the first specimen: it is turned as the template stands.
-function viewOf(standing, mean, used) {
-  const { positions, numbers } = standing;
-  const every = Math.ceil(numbers.length / ALIGNED);
-  const places = [...numbers.keys()].filter((place) => place % every === 0 && used.has(numbers[place]));
-  return targetView(sourceView(standing),
-    places.map((place) => pointAt(positions, place)), places.map((place) => pointAt(mean, numbers[place])));
 }
 
 const moved = ({ mean, steps }, scores) => steps.reduce((sum, step, c) =>

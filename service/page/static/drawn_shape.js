@@ -3,13 +3,14 @@
 import { get, orNull } from "./api.js";
 import { geometryOf, normals, places } from "./geometry.js";
 import { simplified } from "./vertex_clustering.js";
-import { rotated } from "./view.js";
+import { UPRIGHT, rotated } from "./view.js";
 
 /** Height of points above the surface, in units of half the shape's size. */
 const LIFT = 0.012;
 
 /**
  * Fetch a shape.
+ * @param {Object} shape its record
  * @param {string} end "source" or "target"
  * @returns {Promise<Object>} `geometry`, as fetched and in the coordinates of the view; `mesh`, what
  *   is drawn of it; `place`, which looks up vertices by their index in the file
@@ -28,9 +29,9 @@ const drawnWith = (shape, end, geometry) => ({
  * @returns {Promise<Object|null>} as `drawnShape`, with `points`, their number, and `place`, which
  *   looks up points; null if there is no surface
  */
-export async function drawnPrototype({ id, name, version, reference }, signal) {
+export async function drawnPrototype({ id, name, version, reference, view = UPRIGHT }, signal) {
   if (id === null) return null;
-  const shape = { id: reference, name: `${name}, version ${version}` };
+  const shape = { id: reference, name: `${name}, version ${version}`, view };
   const [kept, onReference] = await Promise.all([
     orNull(get(`/v1/prototypes/${encodeURIComponent(id)}/geometry`, signal)),
     reference === null ? null : orNull(drawnShape(shape, "source", signal)),

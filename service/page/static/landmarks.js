@@ -7,7 +7,6 @@ import { nearestVertex, pointAt } from "./geometry.js";
 import { canDraw } from "./plotly.js";
 import { problemBox } from "./problem.js";
 import { Scene } from "./scene.js";
-import { sourceView } from "./view.js";
 
 const ENDS = ["source", "target"];
 const ABOUT = "Click a point on one shape, then the corresponding point on the other; or type their vertex"
@@ -134,7 +133,7 @@ async function drawn(place, sides, pick, signal) {
   }));
   fill(place, sides.map(({ shape, end }, at) => h("figure", {}, nodes[at],
     h("figcaption", {}, h("span", { class: "faint" }, `${end} `), shape.name))));
-  sides.forEach((side) => rotate(side, sourceView(side.geometry)));
+  sides.forEach((side) => rotate(side, side.shape.view));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal, { picked: true }));
   await Promise.all(scenes.map((scene, at) => scene.show(behindNames(sides[at].mesh.colors, true))));
   if (signal.aborted) return null;

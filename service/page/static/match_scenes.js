@@ -7,7 +7,7 @@ import { pointAt } from "./geometry.js";
 import { NO_WEBGL, canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
 import { shareDrawn } from "./shape.js";
-import { sourceView, targetView } from "./view.js";
+import { targetView } from "./view.js";
 
 /**
  * Draw the shapes of a match.
@@ -91,7 +91,7 @@ export function toggle(text, options, name, changed) {
 
 /** Rotate all shapes upright, and the target to align matched points. */
 export function rotateAll(sides, pairs) {
-  const rows = [sourceView(sides[0].geometry)];
+  const rows = [sides[0].shape.view];
   if (sides.length === 2) rows.push(alignedView(rows[0], sides, pairs));
   sides.forEach((side, k) => rotate(side, rows[k]));
 }

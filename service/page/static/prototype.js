@@ -11,7 +11,6 @@ import { jobList } from "./lists.js";
 import { namesOf } from "./names.js";
 import { canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
-import { sourceView } from "./view.js";
 
 export async function prototypeView(place, [id], signal) {
   const path = `/v1/prototypes/${encodeURIComponent(id)}`;
@@ -49,7 +48,7 @@ export async function prototypeDetails(place, prototype, signal, actions) {
 async function draw(place, prototype, signal) {
   const side = canDraw() ? await drawnPrototype(prototype, signal) : null;
   if (side === null || signal.aborted) return;
-  rotate(side, sourceView(side.geometry));
+  rotate(side, side.shape.view);
   const points = Array.from({ length: side.points }, (_, point) => lifted(side, [side.place(point)], [1]));
   const colors = pointColors(points);
   const node = h("div", { class: "scene", "aria-label": `The points of ${prototype.name} on a shape` });

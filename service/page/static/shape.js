@@ -10,7 +10,7 @@ import { jobList } from "./lists.js";
 import { NO_WEBGL, canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
 import { simplified } from "./vertex_clustering.js";
-import { rotated, sourceView } from "./view.js";
+import { rotated } from "./view.js";
 
 export async function shapeView(place, [id], signal) {
   const path = `/v1/shapes/${encodeURIComponent(id)}`;
@@ -38,10 +38,9 @@ export async function shapeView(place, [id], signal) {
     drawn.textContent = NO_WEBGL;
     return;
   }
-  const geometry = await geometryOf(id, signal);
-  const mesh = simplified(geometry);
+  const mesh = simplified(await geometryOf(id, signal));
   drawn.textContent = shareDrawn(mesh.share, shape.faces);
-  const positions = rotated(sourceView(geometry), mesh.positions);
+  const positions = rotated(shape.view, mesh.positions);
   const scene = new Scene(picture, { positions, faces: mesh.faces }, signal);
   await scene.show(mesh.colors);
 }

@@ -1,35 +1,15 @@
-// Views of shapes, as in the service's pictures: the y or z axis vertical, looking along the thinnest
-// direction; a target is rotated until its matched points are nearest to those of the source.
-
-import { cross } from "./geometry.js";
-import { leastDirection } from "./principal_direction.js";
+// Views: rows of rotations, the directions to the right, up, and towards the viewer. A shape has that of its record; a target
+// is rotated until its matched points are nearest to those of the source.
 
 const AXES = [0, 1, 2];
-/** Cosine above which an axis is the thin direction, which is not up. */
-const THIN = 0.75;
-/** Share of the height, from the bottom, whose vertices are the base of a shape. */
-const BASE = 0.2;
 /** Factor by which squared distances must fall for a target to be tilted (worker/pictures/view.py). */
 const TILT = 2;
 /** Squared distances of points that are aligned, as single precision has them. */
 const ROUNDING = 1e-6;
 /** Steps of the power iteration. */
 const STEPS = 300;
-
-/** Rows of a rotation of a mesh: the directions to the right, up, and towards the viewer. */
-export function sourceView({ positions, faces }) {
-  const thin = leastDirection(positions);
-  const axis = [1, 2].filter((k) => Math.abs(thin[k]) <= THIN).reduce((best, k) =>
-    (support(positions, k) > support(positions, best) ? k : best));
-  const vertical = standsOnItsHead(positions, faces, axis) ? -1 : 1;
-  const up = AXES.map((k) => (k === axis ? vertical : 0));
-  const across = thin.map((value, k) => (k === axis ? 0 : value));
-  // Eigenvectors have no sign: face the positive side of the axis that is nearest.
-  const nearest = across.reduce((best, value) => (Math.abs(value) > Math.abs(best) ? value : best));
-  const length = Math.sign(nearest) * Math.hypot(...across);
-  const towards = across.map((value) => value / length);
-  return [cross(up, towards), up, towards];
-}
+/** The view of what earlier versions stored. */
+export const UPRIGHT = AXES.map((a) => AXES.map((b) => (a === b ? 1 : 0)));
 
 /**
  * The view of a target in which its matched points are nearest to those of the source: rotated about the
@@ -120,67 +100,4 @@ function range(positions, axis) {
     high = Math.max(high, positions[at]);
   }
   return [low, high];
-}
-
-// Spread of the lowest vertices when an axis points up: how firmly the shape stands.
-function support(positions, up) {
-  const [low, high] = range(positions, up);
-  const { a, b } = spread(positions, up, (value) => value <= low + 0.1 * (high - low));
-  return Math.sqrt(a) + Math.sqrt(b);
-}
-
-// Variances `a` and `b` of the other two coordinates of vertices, chosen by one, and their covariance `ab`.
-function spread(positions, axis, isChosen) {
-  const [i, j] = AXES.filter((k) => k !== axis);
-  let [count, x, y] = [0, 0, 0];
-  const chosen = [];
-  for (let at = 0; at < positions.length; at += 3) {
-    if (!isChosen(positions[at + axis])) continue;
-    chosen.push(at);
-    count++;
-    x += positions[at + i];
-    y += positions[at + j];
-  }
-  let [a, b, ab] = [0, 0, 0];
-  for (const at of chosen) {
-    const [u, v] = [positions[at + i] - x / count, positions[at + j] - y / count];
-    a += u * u / count;
-    b += v * v / count;
-    ab += u * v / count;
-  }
-  return { a, b, ab };
-}
-
-// Whether a shape stands better upside down, by all that bodies on their feet have in common: their weight is high, their
-// base is broad, and limbs hang from them.
-function standsOnItsHead(positions, faces, axis) {
-  const [low, high] = range(positions, axis);
-  const span = high - low;
-  const up = Float64Array.from({ length: positions.length / 3 }, (_, v) => (positions[3 * v + axis] - low) / span);
-  if (up.reduce((sum, height) => sum + height, 0) >= 0.5 * up.length) return false;
-  const [foot, head] = [(value) => value <= low + BASE * span, (value) => value >= high - BASE * span]
-    .map((isLowest) => spread(positions, axis, isLowest)).map(({ a, b, ab }) => a * b - ab * ab);
-  return head > foot && limbs(up.map((height) => 1 - height), faces) > limbs(up, faces);
-}
-
-// How far limbs hang: the total persistence of components of sublevel sets, but for a constant. A component begins at a
-// vertex, and ends at an edge of the minimum spanning tree by the heights of upper ends.
-function limbs(heights, faces) {
-  const next = (at) => faces[at % 3 === 2 ? at - 2 : at + 1];
-  const upper = Float64Array.from(faces, (v, at) => Math.max(heights[v], heights[next(at)]));
-  const parents = Int32Array.from(heights.keys());
-  const rootOf = (v) => {
-    let root = v;
-    while (parents[root] !== root) root = parents[root] = parents[parents[root]];
-    return root;
-  };
-  let sum = 0;
-  for (const at of Uint32Array.from(faces.keys()).sort((one, other) => upper[one] - upper[other])) {
-    const [one, other] = [rootOf(faces[at]), rootOf(next(at))];
-    if (one === other) continue;
-    parents[one] = other;
-    sum += upper[at];
-  }
-  for (const v of new Set(faces)) sum -= heights[v];
-  return sum;
 }

@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any
 
 import httpx2
+import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import (
@@ -22,6 +23,7 @@ from playwright.sync_api import (
     sync_playwright,
 )
 
+from solver.arrays import FloatArray
 from tests.service.conftest import Api, Json
 
 CHROMIUM = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
@@ -65,6 +67,8 @@ PLACE = """(scene, [trace, number]) => {
   const box = scene.getBoundingClientRect();
   return [box.x + 0.5 * box.width * (1 + u / w), box.y + 0.5 * box.height * (1 - v / w)];
 }"""
+
+VERTICES = "s => s.data[0].x.map((x, v) => [x, s.data[0].y[v], s.data[0].z[v]])"
 
 SURFACE, POINTS, RING, LABELS = 0, 1, 2, 3
 """What is drawn of a shape: its surface, points upon it, a ring round one of them, and names."""
@@ -195,6 +199,15 @@ def place(scene: Locator, trace: int, number: int) -> tuple[float, float]:
     """Where a vertex of the surface, or a point, of a shape that is drawn is on the screen."""
     x, y = scene.evaluate(PLACE, [trace, number])
     return x, y
+
+
+def seen_by(scene: Locator, view: Any, vertices: FloatArray) -> bool:
+    """Whether a shape is drawn in the coordinates of a view, but for scale and place."""
+    drawn, seen = (
+        one - one.mean(axis=0)
+        for one in (np.array(scene.evaluate(VERTICES)), vertices @ np.transpose(view))
+    )
+    return np.allclose(drawn / drawn.std(), seen / seen.std(), atol=1e-3)
 
 
 def camera(scene: Locator) -> Json:

@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 
 from broker.contracts import LIKELY_RIGHT
 from solver.mesh import triangle_mesh
-from synthetic import articulated
 from tests.client._models.test_schema import OPENAPI
 from tests.client.shapes import CLASSES
 from tests.service.conftest import Api
@@ -26,7 +25,6 @@ from tests.worker.figures import blob
 from worker.pictures import packed_geometry
 from worker.pictures.coloring import point_colors
 from worker.pictures.heat_map import digits, scale_end
-from worker.pictures.view import source_view
 
 
 @pytest.fixture(scope="module")
@@ -355,40 +353,6 @@ def test_large_meshes_are_simplified(page: Page) -> None:
     assert max(coarse["left"]) < 0.05
     assert coarse["same"]
     assert coarse["seconds"] < PATIENCE / 1000
-
-
-def test_shapes_stand_upright(page: Page) -> None:
-    # A figure: tall along one axis, with its feet apart, and thin along another.
-    figure = np.array([[0.3, -1, 0], [-0.3, -1, 0], [0.6, 0.5, 0.1], [-0.6, 0.5, -0.1], [0, 1, 0]])
-    lying = figure[:, [0, 2, 1]]
-    for vertices, up in ((figure, 1), (lying, 2)):
-        given = {"positions": flat(vertices), "faces": []}
-        rows = np.array(call(page, "view", "return m.sourceView(given)", given))
-        np.testing.assert_allclose(rows @ rows.T, np.eye(3), atol=1e-12)
-        assert np.linalg.det(rows) == pytest.approx(1.0)
-        assert rows[1][up] == 1.0
-
-
-def test_views_are_those_of_the_pictures(page: Page) -> None:
-    rng = np.random.default_rng(8)
-    body = "return given.map((mesh) => m.sourceView(mesh))"
-    # Boxes of any proportions and poses: among them some that lie, and some that lean.
-    shapes = [
-        (rng.standard_normal((60, 3)) * rng.uniform(0.2, 2.0, 3))
-        @ Rotation.random(rng=rng).as_matrix()
-        for _ in range(40)
-    ]
-    meshes = [(shape, rng.integers(0, 60, (40, 3))) for shape in shapes]
-    # Bodies that stand, and on their heads.
-    human = articulated("human", "standing")
-    meshes += [(human.vertices * [turn, turn, 1.0], human.faces) for turn in (1.0, -1.0)]
-    given = [{"positions": flat(vertices), "faces": flat(faces)} for vertices, faces in meshes]
-    ups = set()
-    for rows, (vertices, faces) in zip(call(page, "view", body, given), meshes, strict=True):
-        expected = source_view(vertices - vertices.mean(axis=0), faces).axes
-        np.testing.assert_allclose(rows, expected, atol=1e-9)
-        ups.add(tuple(expected[1]))
-    assert {(0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)} <= ups
 
 
 def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:

@@ -9,8 +9,8 @@ from playwright.sync_api import Page, Route, expect
 from scipy.spatial.distance import pdist
 
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import result_of
-from tests.worker.families import family
+from tests.service.page.conftest import result_of, seen_by
+from tests.worker.families import family, member
 from tests.worker.figures import blob, off
 
 PLACES = "s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])"
@@ -109,6 +109,8 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     drawn = page.locator("[data-drawn='6'] .scene")
     expect(drawn).to_have_count(1)
     # Its points are where the archive has them, but for a turn, the scale, and a little height.
+    record = httpx2.get(f"{api.url}/v1/prototypes/{made}", timeout=60.0).json()
+    assert seen_by(drawn, record["view"], member(520)[0])
     archive = httpx2.get(f"{api.url}/v1/prototypes/{made}/archive", timeout=60.0).content
     with np.load(io.BytesIO(archive), allow_pickle=False) as arrays:
         given = pdist(arrays["positions"])
@@ -136,6 +138,25 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     assert httpx2.get(f"{api.url}/v1/prototypes/{made}", timeout=60.0).status_code == 404
     page.goto(f"/#/prototypes/{made}")
     expect(page.get_by_role("alert")).to_contain_text("no prototype")
+
+
+def test_a_prototype_of_an_earlier_version(
+    page: Page, api: Api, upload: Callable[..., Json]
+) -> None:
+    """Results of learning have no view then."""
+
+    def answer(route: Route) -> None:
+        result = route.fetch().json()
+        del result["prototype"]["view"]
+        route.fulfill(json=result)
+
+    asked = {"shapes": examples(upload, 560), "points": 6, "correspondence": "shared_connectivity"}
+    job = httpx2.post(f"{api.url}/v1/prototypes", json=asked, timeout=60.0).json()["id"]
+    page.route("**/result", answer)
+    page.goto(f"/#job={job}")
+    drawn = page.locator("[data-drawn='6'] .scene")
+    drawn.wait_for()
+    assert seen_by(drawn, np.eye(3), member(560)[0])
 
 
 def test_a_prototype_whose_reference_is_gone(

@@ -7,7 +7,7 @@ import httpx2
 import numpy as np
 import pytest
 import trimesh
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, Route, expect
 from scipy.spatial.distance import pdist
 
 from solver.arrays import FloatArray
@@ -15,15 +15,16 @@ from tests.service.conftest import Api, Json
 from tests.service.page.conftest import (
     PATIENCE,
     SMALL,
+    VERTICES,
     eventually,
     job_of,
     named,
     opened,
     result_of,
+    seen_by,
 )
 from tests.worker.families import family, too_coarse
 
-SURFACE = "s => s.data[0].x.map((x, v) => [x, s.data[0].y[v], s.data[0].z[v]])"
 NAMES = [f"{'long name ' * 12}{k}.off" for k in range(4)]
 
 
@@ -65,7 +66,7 @@ def scene(registered: Page) -> Locator:
 
 def shown(scene: Locator, mean: FloatArray, shape: FloatArray) -> bool:
     """Whether a shape is drawn, turned, and as large as it is beside the mean."""
-    drawn = np.array(scene.evaluate(SURFACE))
+    drawn = np.array(scene.evaluate(VERTICES))
     return np.allclose(pdist(drawn) * np.abs(mean).max(), pdist(shape), rtol=1e-3, atol=1e-4)
 
 
@@ -87,6 +88,31 @@ def test_the_mean_is_moved_along_its_components(
     eventually(lambda: shown(scene, mean, both))
     expect(registered.locator("output").first).to_have_text("−2.0 s.d.")
     assert not shown(scene, mean, mean)
+
+
+def test_the_mean_stands_as_the_result_says(
+    registered: Page, api: Api, scene: Locator, arrays: dict[str, FloatArray]
+) -> None:
+    registered.get_by_role("button", name="Mean shape").click()
+    view = result_of(registered, api)["view"]
+    eventually(lambda: seen_by(scene, view, arrays["mean"]))
+
+
+@pytest.mark.parametrize("view", [[[0, 0, 1], [1, 0, 0], [0, 1, 0]], None])
+def test_the_view_is_that_of_the_result(
+    page: Page, registered: Page, arrays: dict[str, FloatArray], view: list[list[int]] | None
+) -> None:
+    """None: results of earlier versions have no view, and y is up."""
+
+    def answer(route: Route) -> None:
+        result = route.fetch().json()
+        del result["view"]
+        route.fulfill(json=result if view is None else result | {"view": view})
+
+    page.route("**/result", answer)
+    page.goto(f"/#/jobs/{job_of(registered)}")
+    page.locator("[data-drawn]").wait_for()
+    assert seen_by(page.locator(".scene"), np.eye(3) if view is None else view, arrays["mean"])
 
 
 def test_specimens_are_shown_and_the_one_that_was_not_registered_is_named(
