@@ -4,14 +4,12 @@ plotly comes with ``pip install isomatch[plot]`` and is imported when a figure i
 (PNG) are drawn by the service: :meth:`isomatch.Job.picture`.
 """
 
-from isomatch._figures.camera import Camera
 from isomatch._figures.colors import Floats, Indices, position_colors, surface_colors
 from isomatch._figures.heat_map import draw_dissimilarities
 from isomatch._figures.panel import Panel, draw_panels
 from isomatch._figures.prototype import draw_prototype
 
 __all__ = [
-    "Camera",
     "Floats",
     "Indices",
     "Panel",

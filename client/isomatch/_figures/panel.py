@@ -1,14 +1,14 @@
 """Shapes side by side in three dimensions, with corresponding points in common colours."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from isomatch._errors import MissingExtra
-from isomatch._figures.camera import Camera
+from isomatch._figures.camera import aligned_view, camera_of
 from isomatch._figures.colors import MUTED, Floats, Indices, position_colors, to_hex
 
 if TYPE_CHECKING:
@@ -44,6 +44,8 @@ class Panel:
         (m,) values of the lines on the figure's colour axis; None for plain lines.
     caption
         Text above.
+    view
+        (3, 3) directions to the right, up and towards the viewer.
     """
 
     vertices: Floats
@@ -54,6 +56,7 @@ class Panel:
     lines: Floats = field(default_factory=lambda: np.zeros((0, 2, 3)))
     line_values: Floats | None = None
     caption: str = ""
+    view: Floats = field(default_factory=lambda: np.eye(3))
 
 
 def plotly_modules() -> tuple[Any, Any]:
@@ -83,7 +86,7 @@ def draw_panels(panels: Sequence[Panel], title: str) -> "Figure":
     ----------
     panels
         The shapes; row i of all their points is one correspondence. Colours are by position on
-        the last shape; the cameras of the others are aligned with that of the first.
+        the last shape; the views of the others are aligned with that of the first.
     title
         Text above.
     """
@@ -96,18 +99,16 @@ def draw_panels(panels: Sequence[Panel], title: str) -> "Figure":
         horizontal_spacing=0.02,
     )
     colors = position_colors(panels[-1].points, panels[-1].vertices)
-    first = Camera.of_shape(panels[0].vertices)
-    for column, panel in enumerate(panels, start=1):
-        camera = first
-        if column > 1:
-            own = Camera.of_shape(panel.vertices)
-            camera = first.aligned(own, panels[0].points, panel.points)
-        add_panel(figure, panel, colors, camera, column)
+    first, *others = panels
+    add_panel(figure, first, colors, 1)
+    for column, panel in enumerate(others, start=2):
+        view = aligned_view(first.view, panel.view, first.points, panel.points)
+        add_panel(figure, replace(panel, view=view), colors, column)
     figure.update_layout(title_text=plain(title), showlegend=False)
     return figure
 
 
-def add_panel(figure: "Figure", panel: Panel, colors: Floats, camera: Camera, column: int) -> None:
+def add_panel(figure: "Figure", panel: Panel, colors: Floats, column: int) -> None:
     """Add a shape to a figure.
 
     Parameters
@@ -118,8 +119,6 @@ def add_panel(figure: "Figure", panel: Panel, colors: Floats, camera: Camera, co
         The shape.
     colors
         (n, 3) colours of its points.
-    camera
-        Initial camera.
     column
         Column of the figure, from 1, whose subplot is a scene.
     """
@@ -146,7 +145,7 @@ def add_panel(figure: "Figure", panel: Panel, colors: Floats, camera: Camera, co
         f"{name}axis": {"visible": False, "range": [centre - reach, centre + reach]}
         for name, centre in zip("xyz", middle.tolist(), strict=True)
     }
-    figure.update_scenes(aspectmode="cube", camera=camera.to_plotly(), **axes, row=1, col=column)
+    figure.update_scenes(aspectmode="cube", camera=camera_of(panel.view), **axes, row=1, col=column)
 
 
 def _xyz(points: Floats) -> dict[str, Floats]:

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from isomatch._figures.camera import Camera
 from isomatch._figures.colors import COLOR_SCALE, Floats, position_colors
 from isomatch._figures.panel import Panel, add_panel, plain, plotly_modules
 
@@ -35,8 +34,7 @@ def draw_prototype(panel: Panel, variation: Floats, title: str) -> "Figure":
         specs=[[{"type": "scene"}, {"type": "xy"}]],
         subplot_titles=[plain(panel.caption), "variation of distances"],
     )
-    camera = Camera.of_shape(panel.vertices)
-    add_panel(figure, panel, position_colors(panel.points, panel.points), camera, 1)
+    add_panel(figure, panel, position_colors(panel.points, panel.points), 1)
     hover = "%{y}, %{x}: %{z:.3g}<extra></extra>"
     matrix = objects.Heatmap(z=variation, coloraxis="coloraxis", hovertemplate=hover)
     figure.add_trace(matrix, 1, 2)

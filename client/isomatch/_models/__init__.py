@@ -23,12 +23,13 @@ from isomatch._models.parameters import (
     PrototypeParameters,
 )
 from isomatch._models.refinement import RefinedPoint, Refinement
-from isomatch._models.shape import Shape
+from isomatch._models.shape import UPRIGHT, Shape, ViewAxes
 from isomatch._models.structure_text import structure_choice
 from isomatch._models.structures import Invariance, Structure, StructureParameter, Structures
 from isomatch._models.vertex_map import VertexMap
 
 __all__ = [
+    "UPRIGHT",
     "Alternative",
     "Answer",
     "AttributeSummary",
@@ -61,6 +62,7 @@ __all__ = [
     "Structures",
     "SurfacePoint",
     "VertexMap",
+    "ViewAxes",
     "check_names",
     "structure_choice",
 ]

@@ -1,11 +1,17 @@
 """Uploaded shapes."""
 
 from datetime import datetime
-from typing import Literal
+from typing import Final, Literal, TypeAlias
 
 from pydantic import FiniteFloat
 
 from isomatch._models.answer import Answer
+
+_Direction: TypeAlias = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+ViewAxes: TypeAlias = tuple[_Direction, _Direction, _Direction]
+
+UPRIGHT: Final[ViewAxes] = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+"""The view with y up and z towards the viewer."""
 
 
 class Shape(Answer):
@@ -38,6 +44,9 @@ class Shape(Answer):
         Whether the surface has no boundary.
     has_colors
         Whether the vertices have colours.
+    view
+        Directions to the right, up and towards the viewer in figures, rows of a rotation: upright,
+        seen from the broad side. For shapes of earlier versions, y is up.
     warnings
         What was repaired, left out or linked.
     created
@@ -57,5 +66,6 @@ class Shape(Answer):
     components: int
     closed: bool
     has_colors: bool
+    view: ViewAxes = UPRIGHT
     warnings: tuple[str, ...]
     created: datetime

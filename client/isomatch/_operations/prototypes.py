@@ -2,7 +2,10 @@
 
 import os
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from isomatch._errors import UnexpectedResponse
 from isomatch._http import Call, Json, Operation, delete, parsed, send
@@ -60,10 +63,11 @@ def download_prototype(prototype: Prototype | str, path: str | os.PathLike[str])
 
 
 def get_prototype_points(prototype: Prototype | str) -> Operation[PrototypePoints]:
-    """Request the archive of a prototype, and read its points."""
+    """Request the archive of a prototype and its view, and read its points."""
+    known = prototype if isinstance(prototype, Prototype) else (yield from get_prototype(prototype))
     response = yield from send(Call("GET", path_to("prototypes", prototype, "archive")))
     try:
-        return PrototypePoints.from_bytes(response.content)
+        return replace(PrototypePoints.from_bytes(response.content), view=np.array(known.view))
     except ValueError as error:
         raise UnexpectedResponse(f"{response.request.url}: {error}") from error
 

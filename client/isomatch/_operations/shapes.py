@@ -1,5 +1,9 @@
 """Operations on shapes, and the list of structures that can be compared."""
 
+from dataclasses import replace
+
+import numpy as np
+
 from isomatch._errors import UnexpectedResponse
 from isomatch._http import Call, Operation, delete, parsed, send
 from isomatch._models import Page, Shape, Structures
@@ -45,10 +49,11 @@ def get_mesh(shape: Shape | str) -> Operation[bytes]:
 
 
 def get_geometry(shape: Shape | str) -> Operation[Geometry]:
-    """Request the surface of a shape as arrays."""
+    """Request the surface of a shape as arrays, with its view."""
+    known = shape if isinstance(shape, Shape) else (yield from get_shape(shape))
     response = yield from send(Call("GET", path_to("shapes", shape, "geometry")))
     try:
-        return Geometry.from_bytes(response.content)
+        return replace(Geometry.from_bytes(response.content), view=np.array(known.view))
     except ValueError as error:
         raise UnexpectedResponse(f"{response.request.url}: {error}") from error
 

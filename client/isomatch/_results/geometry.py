@@ -1,7 +1,7 @@
 """The surface of a shape: vertices, triangles, and the vertex numbers of the file."""
 
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -31,12 +31,15 @@ class Geometry:
         0-based index of each vertex in the uploaded file, (V,) int64.
     colors
         Red, green and blue of each vertex, (V, 3) uint8; None without colours.
+    view
+        Directions to the right, up and towards the viewer in figures, (3, 3): those of the shape.
     """
 
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int64]
     vertex_ids: npt.NDArray[np.int64]
     colors: npt.NDArray[np.uint8] | None
+    view: npt.NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
 
     @classmethod
     def from_bytes(cls, data: bytes) -> "Geometry":
@@ -125,4 +128,5 @@ class Geometry:
         """
         white = np.full((len(self.vertices), 3), 255, dtype=np.uint8)
         colors = (white if self.colors is None else self.colors) / 255.0
-        return draw_panels([Panel(self.vertices, faces=self.faces, colors=colors)], title)
+        panel = Panel(self.vertices, faces=self.faces, colors=colors, view=self.view)
+        return draw_panels([panel], title)

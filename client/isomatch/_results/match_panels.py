@@ -52,6 +52,7 @@ def match_panels(
             faces=target.faces,
             colors=colors[1],
             caption="target",
+            view=target.view,
         ),
     )
 
@@ -83,5 +84,11 @@ def _source_panel(source: Drawable, numbers: Indices, colors: Floats | None) -> 
         return source.panel(numbers)
     points = source.positions(numbers)
     return Panel(
-        source.vertices, points, numbers, faces=source.faces, colors=colors, caption="source"
+        source.vertices,
+        points,
+        numbers,
+        faces=source.faces,
+        colors=colors,
+        caption="source",
+        view=source.view,
     )

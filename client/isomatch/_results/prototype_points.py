@@ -1,7 +1,7 @@
 """Points of a prototype: their positions on its reference, and their distances."""
 
 import io
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -33,6 +33,9 @@ class PrototypePoints:
         Standard deviation of each learned distance, (N, N) float64.
     surface
         Simplified surface of the reference; None if the archive does not contain it.
+    view
+        Directions to the right, up and towards the viewer in figures, (3, 3): those of the
+        prototype, which archives do not contain.
     """
 
     positions: Floats
@@ -40,6 +43,7 @@ class PrototypePoints:
     mean_distances: Floats
     spreads: Floats
     surface: Geometry | None = None
+    view: Floats = field(default_factory=lambda: np.eye(3))
 
     @classmethod
     def from_bytes(cls, archive: bytes) -> "PrototypePoints":
@@ -85,6 +89,7 @@ class PrototypePoints:
             faces=None if surface is None else surface.faces,
             lines=self.positions[self.spanning_tree],
             caption="points of the prototype",
+            view=self.view,
         )
 
     def plot(self, title: str = "") -> "Figure":

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import FiniteFloat
 
-from isomatch._models import Answer, PrototypeParameters
+from isomatch._models import UPRIGHT, Answer, PrototypeParameters, ViewAxes
 from isomatch._results.prototype_points import PrototypePoints
 from isomatch._results.result_document import Drawable, Result
 
@@ -62,6 +62,8 @@ class Prototype(Answer):
         Use of each example; None if the prototype was uploaded.
     reference
         Id of the shape on which its points were sampled; None if the prototype was uploaded.
+    view
+        Directions to the right, up and towards the viewer in figures: rows of a rotation.
     warnings
         Remarks of the service on the prototype.
     created
@@ -79,6 +81,7 @@ class Prototype(Answer):
     surfaces: int = 0
     learned_from: tuple[Example, ...] | None
     reference: str | None
+    view: ViewAxes = UPRIGHT
     warnings: tuple[str, ...]
     created: datetime
 

@@ -2,55 +2,39 @@
 
 import numpy as np
 import pytest
-from isomatch._figures import Camera, Panel, draw_dissimilarities, draw_panels, position_colors
+from isomatch._figures import Panel, draw_dissimilarities, draw_panels, position_colors
+from isomatch._figures.camera import aligned_view
 from isomatch._figures.heat_map import digits
 
 from worker.pictures.heat_map import digits as as_in_pictures
 
 
-def seen(points: np.ndarray, camera: Camera) -> np.ndarray:
-    """Coordinates to the right, up, and towards the viewer, without their mean."""
-    up, towards = np.eye(3)[camera.up], camera.direction()
-    axes = np.stack([np.cross(up, towards), up, towards])
-    coordinates: np.ndarray = (points - points.mean(axis=0)) @ axes.T
-    return coordinates
-
-
-def test_cameras_align_corresponding_points() -> None:
+def test_views_align_corresponding_points() -> None:
     rng = np.random.default_rng(8)
     here = rng.normal(size=(60, 3)) * [1.0, 3.0, 0.4]
-    here[:20, 1] = here[:, 1].min()
+    view = np.array([[0.6, 0.0, -0.8], [0.0, -1.0, 0.0], [-0.8, 0.0, -0.6]])
     angle = 0.7
     cosine, sine = np.cos(angle), np.sin(angle)
     rotation = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
     there = here @ rotation.T + [5.0, 0.0, 1.0]
-    first = Camera.of_shape(here)
-    second = first.aligned(Camera.of_shape(there), here[:12], there[:12])
-    assert first.up == 1
-    np.testing.assert_allclose(seen(here, first), seen(there, second), atol=1e-9)
-    figure = draw_panels([Panel(here, here[:12]), Panel(there, there[:12])], "")
-    for scene, camera in ((figure.layout.scene, first), (figure.layout.scene2, second)):
+    aligned = aligned_view(view, view, here[:12], there[:12])
+    seen, other = (
+        (points - points.mean(axis=0)) @ axes.T for points, axes in ((here, view), (there, aligned))
+    )
+    np.testing.assert_allclose(seen, other, atol=1e-9)
+    panels = Panel(here, here[:12], view=view), Panel(there, there[:12], view=view)
+    figure = draw_panels(panels, "")
+    for scene, axes in ((figure.layout.scene, view), (figure.layout.scene2, aligned)):
         eye = np.array([scene.camera.eye[axis] for axis in "xyz"])
-        np.testing.assert_allclose(eye / np.linalg.norm(eye), camera.direction())
-        assert [scene.camera.up[axis] for axis in "xyz"] == [0.0, 1.0, 0.0]
+        np.testing.assert_allclose(eye / np.linalg.norm(eye), axes[2])
+        np.testing.assert_allclose([scene.camera.up[axis] for axis in "xyz"], axes[1])
 
 
-@pytest.mark.parametrize(("up", "lengths"), [("y", [1, 3, 2]), ("z", [2, 1, 3]), ("z", [1, 2, 3])])
-def test_shapes_stand_and_are_seen_from_their_broad_side(up: str, lengths: list[float]) -> None:
-    """A table: a plate on four legs."""
-    corners = np.array([[x, y] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-    legs = np.column_stack([corners, np.zeros(4)])
-    plate = np.column_stack([0.3 * corners, np.ones(4)])
-    points = np.vstack([legs, plate])
-    if up == "y":
-        points = points[:, [1, 2, 0]]
-    points = points * lengths
-    camera = Camera.of_shape(points)
-    assert camera.up == "xyz".index(up)
-    # The thinner of the two horizontal directions points to the viewer.
-    horizontal = [axis for axis in range(3) if axis != camera.up]
-    thin = min(horizontal, key=lambda axis: np.ptp(points[:, axis]))
-    assert np.argmax(np.abs(camera.direction())) == thin
+@pytest.mark.parametrize(("up", "count"), [(2, 12), (1, 2)])
+def test_shapes_that_cannot_be_aligned_keep_their_view(up: int, count: int) -> None:
+    points = np.random.default_rng(9).normal(size=(count, 3))
+    other = np.eye(3)[[0, up, 3 - up]]
+    assert aligned_view(np.eye(3), other, points, points[:, [2, 1, 0]]) is other
 
 
 def test_all_of_a_shape_is_in_sight() -> None:

@@ -186,6 +186,16 @@ def test_one_shape_is_drawn_in_its_colours(client: isomatch.Client) -> None:
     assert figure.layout.title.text == shape.name
 
 
+def test_shapes_are_seen_as_their_records_say(client: isomatch.Client, pair: Pair) -> None:
+    job = client.match(*pair, points=8, coarse_points=6).wait()
+    up, towards = np.array(pair[0].view)[1:]
+    shown = client.geometry(pair[0]).plot(), client.geometry(pair[0].id).plot(), job.plot()
+    for figure in shown:
+        seen = figure.layout.scene.camera
+        np.testing.assert_array_equal([seen.up[axis] for axis in "xyz"], up)
+        np.testing.assert_allclose([seen.eye[axis] for axis in "xyz"], 1.3 * towards)
+
+
 def test_a_partial_matrix_is_drawn() -> None:
     matrix = np.array([[0.0, 2.0, np.nan], [2.0, 0.0, 1.0], [np.nan, 1.0, 0.0]])
     partial = isomatch.PartialDissimilarities(

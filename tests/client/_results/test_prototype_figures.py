@@ -128,6 +128,10 @@ def test_a_learned_prototype_is_drawn(
     )
     assert matrix.coloraxis == lines(figure).line.coloraxis == "coloraxis"
     assert figure.layout.coloraxis.cmin == 0.0
+    seen = figure.layout.scene.camera
+    view = np.array([[way[axis] for axis in "xyz"] for way in (seen.up, seen.eye)])
+    np.testing.assert_allclose(view, known.view[1:] * [[1.0], [1.3]])
+    np.testing.assert_array_equal(known.view, learned.prototype.view)
     assert known.surface is not None
     (surface,) = traces(figure, "mesh3d")
     np.testing.assert_array_equal(
