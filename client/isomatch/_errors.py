@@ -34,11 +34,26 @@ Arguments that cannot be sent (a path that does not exist, arrays of the wrong s
 own errors: `OSError`, `TypeError`, `ValueError`.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 from isomatch._problem import FieldProblem, Problem
 
 
 class IsomatchError(Exception):
     """Base of the errors of this package; the message is one line for users."""
+
+    def __reduce__(self) -> tuple[Callable[..., "IsomatchError"], tuple[Any, ...], dict[str, Any]]:
+        # Python's own way calls the class with the message, but constructors take other arguments:
+        # pools of processes would hang or break at such an error.
+        return _rebuilt, (type(self), *self.args), self.__dict__
+
+
+def _rebuilt(kind: type[IsomatchError], *args: object) -> IsomatchError:
+    """Return an error with this message, without the attributes that its constructor sets."""
+    error = kind.__new__(kind, *args)
+    super(IsomatchError, error).__init__(*args)
+    return error
 
 
 class ConnectionFailed(IsomatchError):

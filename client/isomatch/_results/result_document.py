@@ -33,10 +33,17 @@ class DrawableSource:
     Attributes
     ----------
     request
-        The function; None where results are read from a file.
+        The function; None where results are read from a file, or unpickled.
     """
 
     request: Callable[[str], Drawable] | None = field(default=None, compare=False)
+
+    def __reduce__(self) -> tuple[type["DrawableSource"], tuple[()]]:
+        # The function holds a connection, which stays in its process.
+        return DrawableSource, ()
+
+    def __deepcopy__(self, memo: object) -> "DrawableSource":
+        return self
 
 
 class Result(Answer):
@@ -93,7 +100,8 @@ class Result(Answer):
             :meth:`isomatch.Client.geometry` and :meth:`isomatch.Client.prototype_points`. By
             default they are requested from the service, while the client is open. A result of an
             :class:`isomatch.AsyncClient` then blocks the event loop, which ``await job.plot()``
-            does not, and cannot use a custom `transport`.
+            does not, and cannot use a custom `transport`. For a result that was read from a file or
+            unpickled, give them.
         alternative
             Solution of a match: 0 for its own pairs, j for ``alternatives[j - 1]``. By default
             the one that was refined or densely extended, or else 0.

@@ -1,0 +1,109 @@
+"""Errors and results in other processes: pickled and copied."""
+
+import copy
+import json
+import pickle
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import isomatch
+import numpy as np
+import pytest
+from isomatch._errors import IsomatchError, JobCancelled, JobFailed, MissingExtra, WaitTimeout
+from isomatch._operations.results import _RESULTS
+from isomatch._problem import FieldProblem, Problem
+from isomatch._results import ArrayResult, DrawableSource, Result
+
+from service.http.openapi.examples import EXAMPLES
+from tests.worker.figures import blob
+
+PROBLEM = Problem(
+    title="Invalid",
+    status=422,
+    detail="no",
+    errors=(FieldProblem(field="body.points", message="too few"),),
+)
+DOCUMENTS: dict[str, Any] = EXAMPLES["answers"]["get_result"]["200"]
+
+
+def pickled(given: Any) -> Any:
+    return pickle.loads(pickle.dumps(given))
+
+
+COPIES = pytest.mark.parametrize(
+    "copied", [pickled, copy.copy, copy.deepcopy], ids=["pickle", "copy", "deepcopy"]
+)
+
+
+def _kinds(base: type[IsomatchError] = IsomatchError) -> Iterator[type[IsomatchError]]:
+    for kind in base.__subclasses__():
+        yield kind
+        yield from _kinds(kind)
+
+
+def _error(kind: type[IsomatchError]) -> IsomatchError:
+    """An error of a class, with all that it can carry."""
+    if issubclass(kind, isomatch.ProblemError):
+        return kind(PROBLEM, 2.5)
+    if issubclass(kind, JobFailed):
+        return kind("a8ba", PROBLEM)
+    if issubclass(kind, JobCancelled):
+        return kind("a8ba")
+    if issubclass(kind, WaitTimeout):
+        return kind("job a8ba", 3.0)
+    if issubclass(kind, MissingExtra):
+        return kind("plot", "plotly")
+    return kind("what is wrong")
+
+
+@COPIES
+@pytest.mark.parametrize("kind", list(dict.fromkeys(_kinds())))
+def test_every_error_survives(
+    kind: type[IsomatchError], copied: Callable[[IsomatchError], IsomatchError]
+) -> None:
+    error = _error(kind)
+    error.add_note("of specimen 3")
+    again = copied(error)
+    assert type(again) is kind
+    assert str(again) == str(error)
+    assert again.args == error.args
+    assert vars(again) == vars(error)
+    if isinstance(again, ImportError | OSError):
+        assert repr(again) == repr(error)
+
+
+def _result(kind: type[Result]) -> Result:
+    """The example of a result, as a client returns it."""
+    documents = [one for name, one in DOCUMENTS.items() if _RESULTS.get(name) is kind]
+    result = kind.from_json(json.dumps(documents[0]))
+    result._drawables = DrawableSource(lambda drawn_id: pytest.fail(f"requested {drawn_id}"))
+    if isinstance(result, ArrayResult):
+        result._archive = b"arrays"
+    return result
+
+
+@COPIES
+@pytest.mark.parametrize("kind", sorted(_RESULTS))
+def test_every_result_survives(kind: str, copied: Callable[[Result], Result]) -> None:
+    result = _result(_RESULTS[kind])
+    again = copied(result)
+    assert type(again) is type(result)
+    # Arrays of dissimilarities cannot be compared by ==.
+    assert again.model_dump_json() == result.model_dump_json()
+    assert again.to_json() == result.to_json()
+    if isinstance(result, ArrayResult) and isinstance(again, ArrayResult):
+        assert again._archive == result._archive
+
+
+def test_an_unpickled_result_says_what_to_draw_it_with() -> None:
+    match = _result(isomatch.Match)
+    assert copy.deepcopy(match)._drawables.request is match._drawables.request
+    with pytest.raises(ValueError, match=r"give what is drawn, as in result\.plot\(client\.geo"):
+        pickled(match).plot()
+
+
+@COPIES
+def test_a_surface_survives(copied: Callable[[isomatch.Geometry], isomatch.Geometry]) -> None:
+    vertices, faces = blob(2)
+    surface = isomatch.Geometry(vertices, faces, np.arange(len(vertices)), None)
+    assert np.array_equal(copied(surface).vertices, vertices)
