@@ -14,9 +14,7 @@ from isomatch._cli import (
     LANDMARKS_EXAMPLES,
     MAPS_EXAMPLES,
     MATCH_EXAMPLES,
-    MATCH_FORMATS,
     REGISTER_EXAMPLES,
-    SURFACES,
     TRANSFER_EXAMPLES,
     AsJson,
     Failures,
@@ -58,6 +56,7 @@ from isomatch._cli import (
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
 from isomatch._models import DissimilarityParameters, MatchParameters, Shape
+from isomatch._operations.result_files import COMPARE_FORMATS, MATCH_FORMATS, shows_dense_map
 
 app = typer.Typer(
     name="isomatch",
@@ -121,7 +120,7 @@ def match(
         folder = MatchFolder.checked(output, source, targets, file_format, dense)
     elif (
         (file := output_given(output, MATCH_FORMATS)) is not None
-        and file.suffix[1:].lower() in SURFACES
+        and shows_dense_map(file)
         and not dense
     ):
         message = f"{file.suffix} shows a map of all vertices; add --dense"
@@ -168,7 +167,7 @@ def compare(
         typer.Option(help="Class of each mesh, as in cat,cat,dog: retrieval is scored by them."),
     ] = None,
     picture: Picture = None,
-    output: Annotated[Path | None, output_option("npz", "csv", "png")] = None,
+    output: Annotated[Path | None, output_option(*COMPARE_FORMATS)] = None,
     as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,

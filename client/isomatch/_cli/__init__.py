@@ -1,6 +1,6 @@
 """Commands, options and output of the command line, assembled in :mod:`isomatch.cli`."""
 
-from isomatch._cli.batch_run import SURFACES, MatchFolder, run_batch
+from isomatch._cli.batch_run import MatchFolder, run_batch
 from isomatch._cli.examples import (
     COMPARE_EXAMPLES,
     LANDMARKS_EXAMPLES,
@@ -17,7 +17,6 @@ from isomatch._cli.maps_command import maps
 from isomatch._cli.mcp_command import mcp
 from isomatch._cli.options import (
     FORMATS,
-    MATCH_FORMATS,
     AsJson,
     FileFormat,
     MatchOutput,
@@ -49,9 +48,7 @@ __all__ = [
     "LANDMARKS_EXAMPLES",
     "MAPS_EXAMPLES",
     "MATCH_EXAMPLES",
-    "MATCH_FORMATS",
     "REGISTER_EXAMPLES",
-    "SURFACES",
     "TRANSFER_EXAMPLES",
     "AsJson",
     "Failures",

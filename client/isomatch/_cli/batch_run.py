@@ -3,21 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, NoReturn
+from typing import NoReturn
 
 import typer
 
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED
 from isomatch._cli.job_runs import cancelled_by_interrupt
-from isomatch._cli.options import MATCH_FORMATS, files_given, output_folder_given
+from isomatch._cli.options import files_given, output_folder_given
 from isomatch._clients import Client, Job
 from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
 from isomatch._models import MatchParameters, Shape
+from isomatch._operations.result_files import MATCH_FORMATS, SURFACES
 from isomatch._results import Batch
-
-SURFACES: Final = ("ply", "obj", "glb")
-"""Formats that show a map of all vertices."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import typer
 
 from isomatch._http import URL_VARIABLE, url_or_default
 from isomatch._models import StructureChoice, structure_choice
+from isomatch._operations.result_files import check_format
 from isomatch._operations.results import ENDINGS, View
 
 _SHAPE_ID = re.compile(r"[0-9a-f]{32}")
@@ -237,11 +238,11 @@ def output_option(*formats: str) -> Any:
 
 def _of_formats(file: Path | None, formats: Sequence[str]) -> Path | None:
     """Refuse an ending that this result is not written with; without one it is JSON."""
-    ending = "" if file is None else file.suffix.lower()
-    endings = [f".{name}" for name in dict.fromkeys(("json", *formats))]
-    if ending and ending not in endings:
-        given = " or ".join(", ".join(endings).rsplit(", ", 1))
-        raise typer.BadParameter(f"this result has no {ending} file: give {given}")
+    try:
+        if file is not None:
+            check_format(file, formats)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
     return file
 
 
@@ -250,9 +251,6 @@ def _either(formats: Sequence[str]) -> str:
 
 
 Output = Annotated[Path | None, output_option(*ENDINGS[1:])]
-MATCH_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb", "png")
-"""Formats of the result of a single match besides JSON."""
-
 MatchOutput = Annotated[
     Path | None,
     typer.Option(

@@ -25,6 +25,7 @@ from isomatch._cli.uploads import uploaded
 from isomatch._clients import Client
 from isomatch._http import DEFAULT_URL
 from isomatch._models import MatchParameters, Shape
+from isomatch._operations.result_files import TRANSFER_FORMATS
 from isomatch._results import KINDS, Direction, Element, TransferKind
 
 Along = Annotated[
@@ -74,18 +75,6 @@ Written = Annotated[
         rich_help_panel=OUTPUT,
     ),
 ]
-
-WRITTEN: Final[Mapping[TransferKind, tuple[str, ...]]] = {
-    "scalars": ("npz", "csv", "ply", "glb"),
-    "vectors": ("npz", "csv", "ply", "glb"),
-    "colors": ("npz", "csv", "ply", "obj", "glb"),
-    "labels": ("npz", "csv", "ply", "obj", "glb"),
-    "skinning": ("npz", "csv", "ply", "glb"),
-    "landmarks": ("npz", "csv"),
-    "texture": ("npz", "csv", "ply", "obj", "glb", "zip"),
-    "uv": ("npz", "csv", "obj", "glb", "zip"),
-}
-"""Formats that hold what is carried, besides JSON."""
 
 _OF_NUMBERS: Final = ("npz", "csv", "ply", "glb")
 
@@ -137,7 +126,7 @@ def transfer(
     if what not in KINDS:
         raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
     kind = cast(TransferKind, what)
-    output_given(output, WRITTEN[kind])
+    output_given(output, TRANSFER_FORMATS[kind])
     check_outputs(along, wait, output)
     meshes, file = _along(along)
     values = None if file is None else _values_given(file, kind)

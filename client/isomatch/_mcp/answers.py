@@ -111,12 +111,14 @@ class TransferAnswer(BaseModel):
     source: str
     target: str
     attributes: tuple[str, ...]
+    attributes_not_listed: int
     on: str
-    rows: int
+    rows: int = Field(description="Number of values of each attribute, or of landmarks.")
     points: tuple[SurfacePoint | None, ...] | None = Field(
         description=f"Images of landmarks on the target, at most {MOST_LINES}, None where one has"
         " no partner; None for values."
     )
+    points_not_listed: int = Field(description="They are in the file, if `save_to` was given.")
     warnings: tuple[str, ...]
     file: str | None
 
@@ -202,15 +204,18 @@ def compare_answer(job: str, found: Dissimilarities, file: str | None) -> Compar
 
 def transfer_answer(job: str, found: Transfer, file: str | None) -> TransferAnswer:
     """Return what was carried, and the images of a few landmarks."""
+    points = found.points or ()
     return TransferAnswer(
         job=job,
         what=found.what,
         source=_named(found.source_name, found.source),
         target=_named(found.target_name, found.target),
         attributes=tuple(one.name for one in found.attributes[:MOST_LINES]),
+        attributes_not_listed=max(0, len(found.attributes) - MOST_LINES),
         on=found.on,
-        rows=found.rows,
-        points=None if found.points is None else found.points[:MOST_LINES],
+        rows=found.rows if found.points is None else len(points),
+        points=None if found.points is None else points[:MOST_LINES],
+        points_not_listed=max(0, len(points) - MOST_LINES),
         warnings=found.warnings,
         file=file,
     )

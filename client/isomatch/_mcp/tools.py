@@ -1,6 +1,7 @@
 """The tools: upload, match, compare, transfer and picture."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +12,7 @@ from mcp.server.mcpserver.exceptions import ToolError
 from pydantic import Field
 
 from isomatch._clients import AsyncClient
+from isomatch._errors import IsomatchError
 from isomatch._mcp.answers import (
     CompareAnswer,
     MatchAnswer,
@@ -21,10 +23,17 @@ from isomatch._mcp.answers import (
     transfer_answer,
     upload_answer,
 )
-from isomatch._mcp.errors import tool_errors
-from isomatch._mcp.folder import Folder, RefusedPath
+from isomatch._mcp.errors import message, tool_errors
+from isomatch._mcp.folder import Folder
 from isomatch._mcp.jobs import finished
 from isomatch._models import DissimilarityParameters, MatchParameters, Shape
+from isomatch._operations.result_files import (
+    COMPARE_FORMATS,
+    MATCH_FORMATS,
+    TRANSFER_FORMATS,
+    check_format,
+    shows_dense_map,
+)
 from isomatch._operations.results import View
 from isomatch._results import Direction, Element, TransferKind
 
@@ -124,7 +133,9 @@ class Tools:
         )
         parameters = cast(MatchParameters, given)
         with tool_errors():
-            file = self._new_file(save_to)
+            file = self._new_file(save_to, MATCH_FORMATS)
+            if file is not None and shows_dense_map(file) and not dense:
+                raise ToolError(f"save_to: {file.suffix} shows a map of all vertices; set `dense`")
             first, second = await self._source(source), await self._shape(target)
             job, result = await finished(self.client.match(first, second, **parameters), context)
             return match_answer(job.id, result, await self._save(job, file))
@@ -146,7 +157,7 @@ class Tools:
     ) -> CompareAnswer:
         """Compare shapes, all with all: how dissimilar they are, and which are nearest to each."""
         with tool_errors():
-            file = self._new_file(save_to)
+            file = self._new_file(save_to, COMPARE_FORMATS)
             compared = [await self._shape(shape) for shape in shapes]
             parameters = cast(DissimilarityParameters, _given(points=points))
             starting = self.client.dissimilarities(compared, labels, **parameters)
@@ -193,7 +204,7 @@ class Tools:
         with tool_errors():
             if what != "landmarks" and save_to is None:
                 raise ToolError(f"save_to: {what} are too many to be shown; name a file for them")
-            file = self._new_file(save_to)
+            file = self._new_file(save_to, TRANSFER_FORMATS[what])
             source = None
             if values is not None:
                 source = await self.client.upload_attributes(self.folder.readable(values))
@@ -224,20 +235,25 @@ class Tools:
             found = await self.client.job(job)
             return Image(data=await found.picture(alternative=alternative, view=view), format="png")
 
-    def _new_file(self, name: str | None) -> Path | None:
-        return None if name is None else self.folder.writable(name)
+    def _new_file(self, name: str | None, formats: Sequence[str]) -> Path | None:
+        """Return the file of a result, refused before the job runs if it cannot be written."""
+        if name is None:
+            return None
+        file = self.folder.writable(name)
+        check_format(file, formats)
+        return file
 
     async def _save(self, job: Any, file: Path | None) -> str | None:
         """Write the result of a job to a new file, and return the file's name in the folder."""
         if file is None:
             return None
-        with TemporaryDirectory(prefix="isomatch-") as elsewhere:
-            saved = Path(elsewhere, file.name)
-            await job.save(saved)
-            try:
+        try:
+            with TemporaryDirectory(prefix="isomatch-") as elsewhere:
+                saved = Path(elsewhere, file.name)
+                await job.save(saved)
                 self.folder.write_new(file, saved.read_bytes())
-            except RefusedPath as error:
-                raise ToolError(f"job {job.id} has succeeded, but {error}") from error
+        except (IsomatchError, OSError, ValueError) as error:
+            raise ToolError(f"job {job.id} has succeeded, but {message(error)}") from error
         return self.folder.name(file)
 
     async def _shape(self, given: str) -> Shape:

@@ -8,11 +8,9 @@ from isomatch._http import Json, Operation
 from isomatch._models import JobRecord, Shape
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import id_of, listed, named, names_of
+from isomatch._operations.result_files import SURFACES
 from isomatch._operations.results import get_file
 from isomatch._webhooks import Webhook
-
-SURFACES = "ply", "obj", "glb"
-"""Formats of registered templates."""
 
 
 def start_registration(

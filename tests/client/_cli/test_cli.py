@@ -22,7 +22,8 @@ import pytest
 from isomatch._cli import named_upload
 from isomatch._cli.exit_codes import problem_document
 from isomatch._cli.render import print_jobs
-from isomatch._cli.transfer_command import READ, WRITTEN
+from isomatch._cli.transfer_command import READ
+from isomatch._operations.result_files import TRANSFER_FORMATS
 from isomatch._results import KINDS, TransferKind
 from rich.console import Console
 
@@ -383,7 +384,7 @@ def test_files_of_transfers_are_those_of_the_service(what: TransferKind) -> None
     payload = TransferPayload(
         match="m", source="s", target="t", attributes=None, what=what, direction="source_to_target"
     )
-    assert WRITTEN[what] == ("npz", *exports_of(payload))
+    assert TRANSFER_FORMATS[what] == ("npz", *exports_of(payload))
     assert set(READ.get(what, ())) <= set(ATTRIBUTE_FORMATS)
 
 

@@ -1,0 +1,90 @@
+"""What the tools refuse before a job starts, and say of a result; without a service."""
+
+import asyncio
+import json
+from pathlib import Path
+from typing import Any
+
+import isomatch
+import pytest
+from isomatch._mcp.answers import MOST_LINES, transfer_answer
+from isomatch._mcp.folder import Folder
+from isomatch._mcp.server import server
+from isomatch._mcp.tools import Tools
+from isomatch._problem import Problem
+from mcp import Client
+from mcp.server.mcpserver.exceptions import ToolError
+from mcp_types import TextContent
+
+from service.http.openapi.examples import EXAMPLES
+
+NOBODY = "http://127.0.0.1:9"
+PAIR = {"source": "a.off", "target": "b.off"}
+
+
+def said(root: Path, tool: str, **arguments: Any) -> str:
+    """The refusal of a call, in a folder with ``a.off`` and ``b.off``."""
+    for name in ("a.off", "b.off"):
+        (root / name).write_text("OFF 0 0 0\n")
+
+    async def call() -> str:
+        async with isomatch.AsyncClient(NOBODY) as client, Client(_server(client, root)) as model:
+            result = await model.call_tool(tool, arguments)
+            (block,) = result.content
+            assert result.is_error
+            assert isinstance(block, TextContent)
+            return block.text
+
+    return asyncio.run(call())
+
+
+def _server(client: isomatch.AsyncClient, root: Path) -> Any:
+    return server(client, Folder(root))
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments", "message"),
+    [
+        ("match", {**PAIR, "save_to": "m.ply"}, ".ply shows a map of all vertices; set `dense`"),
+        ("match", {**PAIR, "save_to": "m.zip"}, "this result has no .zip file: give .json, .npz"),
+        ("compare", {"shapes": ["a.off", "b.off"], "save_to": "c.ply"}, "has no .ply file"),
+        ("transfer", {"match": "0" * 32, "what": "uv", "save_to": "t.ply"}, "has no .ply file"),
+    ],
+)
+def test_endings_that_a_result_does_not_have(
+    tmp_path: Path, tool: str, arguments: dict[str, Any], message: str
+) -> None:
+    assert message in said(tmp_path, tool, **arguments)
+
+
+@pytest.mark.parametrize("reason", ["no file of this format", "was made meanwhile"])
+def test_a_result_that_is_not_written_names_its_job(tmp_path: Path, reason: str) -> None:
+    class Job:
+        id = "a8ba"
+
+        async def save(self, path: Path) -> None:
+            if "format" in reason:
+                raise isomatch.Conflict(Problem(title="Conflict", status=409, detail=reason))
+            path.write_text("pairs")
+            (tmp_path / "m.csv").touch()
+
+    async def save() -> None:
+        async with isomatch.AsyncClient(NOBODY) as client:
+            await Tools(client, Folder(tmp_path))._save(Job(), tmp_path / "m.csv")
+
+    with pytest.raises(ToolError, match=f"job a8ba has succeeded, but .*{reason}"):
+        asyncio.run(save())
+
+
+def test_landmarks_that_are_not_listed_are_counted() -> None:
+    example = EXAMPLES["answers"]["get_result"]["200"]["transfer"]
+    point = {"vertices": [1, 2, 3], "weights": [1.0, 0.0, 0.0]}
+    many = {"what": "landmarks", "rows": 0, "points": [point, None] * 30, "attributes": []}
+    found = isomatch.Transfer.from_json(json.dumps({**example, **many}))
+    answer = transfer_answer("a8ba", found, None)
+    assert answer.rows == 60
+    assert answer.points is not None
+    assert (len(answer.points), answer.points_not_listed) == (MOST_LINES, 10)
+    values = isomatch.Transfer.from_json(json.dumps({**example, "points": None, "rows": 642}))
+    answer = transfer_answer("a8ba", values, None)
+    assert (answer.rows, answer.points, answer.points_not_listed) == (642, None, 0)
