@@ -13,6 +13,7 @@ from mcp_types import ToolAnnotations
 
 from isomatch._clients import AsyncClient
 from isomatch._mcp.folder import Folder
+from isomatch._mcp.strict_tool import StrictTool
 from isomatch._mcp.tools import Tools
 
 INSTRUCTIONS: Final = (
@@ -30,20 +31,21 @@ ENDING: Final = 1.5
 
 def server(client: AsyncClient, folder: Folder) -> MCPServer[None]:
     """Return a server of the tools, for any transport."""
-    made: MCPServer[None] = MCPServer(
+    tools = Tools(client, folder)
+    # Nothing is overwritten or deleted, and the same upload again changes nothing.
+    harmless = ToolAnnotations(read_only_hint=False, destructive_hint=False)
+    writing = (tools.upload, tools.match, tools.compare, tools.transfer)
+    return MCPServer(
         "isomatch",
         title="isomatch",
         version=version("isomatch"),
         instructions=INSTRUCTIONS.format(root=folder.root),
         log_level="WARNING",
+        tools=[
+            *(StrictTool.of(tool, harmless) for tool in writing),
+            StrictTool.of(tools.picture, ToolAnnotations(read_only_hint=True)),
+        ],
     )
-    tools = Tools(client, folder)
-    # Nothing is overwritten or deleted, and the same upload again changes nothing.
-    harmless = ToolAnnotations(read_only_hint=False, destructive_hint=False)
-    for tool in (tools.upload, tools.match, tools.compare, tools.transfer):
-        made.add_tool(tool, annotations=harmless)
-    made.add_tool(tools.picture, annotations=ToolAnnotations(read_only_hint=True))
-    return made
 
 
 def serve(url: str | None, root: Path | None) -> None:

@@ -14,7 +14,7 @@ from isomatch._mcp.tools import Tools
 from isomatch._problem import Problem
 from mcp import Client
 from mcp.server.mcpserver.exceptions import ToolError
-from mcp_types import TextContent
+from mcp_types import TextContent, Tool
 
 from service.http.openapi.examples import EXAMPLES
 
@@ -40,6 +40,31 @@ def said(root: Path, tool: str, **arguments: Any) -> str:
 
 def _server(client: isomatch.AsyncClient, root: Path) -> Any:
     return server(client, Folder(root))
+
+
+def test_unknown_arguments_are_named_with_the_known_ones(tmp_path: Path) -> None:
+    message = said(tmp_path, "match", **PAIR, refine="gmds", metric="geodesic")
+    assert "refine: there is no such argument; the tool takes source, target, dense, " in message
+    assert "metric: there is no such argument" in message
+
+
+def test_values_of_a_wrong_type_are_refused_in_plain_words(tmp_path: Path) -> None:
+    message = said(tmp_path, "match", source="a.off", points="many", landmarks="17:203")
+    assert message.splitlines() == [
+        "Error executing tool match: target: Field required",
+        "points: Input should be a valid integer, unable to parse string as an integer",
+        "landmarks: Input should be a valid list",
+    ]
+
+
+def test_schemas_take_no_other_arguments_and_texts_no_indentation(tmp_path: Path) -> None:
+    async def tools() -> list[Tool]:
+        async with isomatch.AsyncClient(NOBODY) as client, Client(_server(client, tmp_path)) as one:
+            return (await one.list_tools()).tools
+
+    for tool in asyncio.run(tools()):
+        assert tool.input_schema["additionalProperties"] is False
+        assert "\n " not in str(tool.description)
 
 
 @pytest.mark.parametrize(
