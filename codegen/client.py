@@ -16,7 +16,7 @@ _TYPES: Final = {
     "string": "str",
     "structure": "StructureChoice",
     "structures": "StructureChoice | list[StructureChoice]",
-    "landmarks": "list[tuple[int, int]]",
+    "landmarks": "LandmarkPairs",
 }
 _PYTHON: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
     r"`GET /v1/structures` lists them": "see :meth:`isomatch.Client.structures`",
@@ -30,10 +30,10 @@ _PYTHON: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
 def parameter_types(jobs: Mapping[str, Sequence[Described]]) -> str:
     """Return the module of the keyword arguments of the client's methods."""
     imports = (
-        "from typing import Final\n\n"
+        "from typing import Annotated, Final, Literal\n\n"
         "# Pydantic reads a TypedDict of the standard library only from Python 3.12 on.\n"
         "from typing_extensions import TypedDict\n\n"
-        "from isomatch._models.arguments import StructureChoice"
+        "from isomatch._models.arguments import READ_AS_TEXT, LandmarkPairs, StructureChoice"
     )
     types = [_type(job, jobs[job.name]) for job in JOBS]
     return "\n\n".join([header("Keyword arguments of the jobs."), imports, _lists(), *types])
@@ -95,7 +95,8 @@ def _type(job: Job, parameters: Sequence[Described]) -> str:
 
 
 def _hint(one: Described) -> str:
-    return _TYPES[one.kind] + (" | None" if one.nullable else "")
+    hint = f"Annotated[Literal{list(one.values)}, READ_AS_TEXT]" if one.values else _TYPES[one.kind]
+    return hint + (" | None" if one.nullable else "")
 
 
 def _documented(one: Described) -> str:

@@ -1,7 +1,20 @@
-"""Arguments as users give them: names that are checked, and structures."""
+"""Arguments as users give them: names that are checked, choices, landmarks and structures."""
 
-from collections.abc import Mapping
-from typing import Any, TypeAlias
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import GetPydanticSchema
+
+READ_AS_TEXT: Final = GetPydanticSchema(lambda _, handler: handler(str))
+"""Of a choice: results of services of other versions may have others."""
+
+LandmarkPairs: TypeAlias = Annotated[
+    Sequence[Sequence[int]] | npt.NDArray[np.integer[Any]],
+    GetPydanticSchema(lambda _, handler: handler(list[tuple[int, int]])),
+]
+"""Pairs of vertices, or an integer array (n, 2); of results a list of tuples."""
 
 StructureChoice: TypeAlias = str | dict[str, Any]
 """A metric or a descriptor: its name, or that as ``"name"`` and its parameters."""
