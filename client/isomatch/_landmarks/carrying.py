@@ -20,6 +20,7 @@ from isomatch._landmarks.remarks import FAR
 from isomatch._landmarks.surface_points import images, nearest_points
 from isomatch._models import VertexMap
 from isomatch._results import Geometry, Match
+from isomatch._results.summary import screen
 
 Floats = npt.NDArray[np.float64]
 
@@ -66,6 +67,18 @@ class CarriedLandmarks:
     spread: Floats
     from_surface: Floats
     probabilities: Floats
+
+    def __repr__(self) -> str:
+        found = np.count_nonzero(~np.isnan(self.confidence))
+        return f"<CarriedLandmarks of {found} of {len(self.labels)} landmarks>"
+
+    def __str__(self) -> str:
+        found = np.count_nonzero(~np.isnan(self.confidence))
+        lines = [
+            f"{label}: {'missing' if np.isnan(one) else f'confidence {one:.2f}'}"
+            for label, one in zip(self.labels, self.confidence, strict=True)
+        ]
+        return screen(f"{found} of {len(self.labels)} landmarks carried", lines)
 
     def landmark_set(self, name: str = "") -> LandmarkSet:
         """Return the landmarks for a file, each with its confidence as description.

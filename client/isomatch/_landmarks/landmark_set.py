@@ -47,6 +47,9 @@ class LandmarkSet:
                 f"landmark {self.labels[int(wrong.argmax())]!r} has a coordinate that is not finite"
             )
 
+    def __repr__(self) -> str:
+        return f"<LandmarkSet of {len(self)} landmarks{self.name and f' of {self.name!r}'}>"
+
     def __len__(self) -> int:
         return len(self.labels)
 

@@ -67,6 +67,9 @@ class Geometry:
             colors=np.frombuffer(parts[3], "u1").reshape(-1, 3) if colored else None,
         )
 
+    def __repr__(self) -> str:
+        return f"<Geometry of {len(self.vertices)} vertices and {len(self.faces)} triangles>"
+
     def positions(self, numbers: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return the positions of vertices of the file.
 

@@ -45,6 +45,9 @@ class PrototypePoints:
     surface: Geometry | None = None
     view: Floats = field(default_factory=lambda: np.eye(3))
 
+    def __repr__(self) -> str:
+        return f"<PrototypePoints of {len(self.positions)} points>"
+
     @classmethod
     def from_bytes(cls, archive: bytes) -> "PrototypePoints":
         """Read an archive of :meth:`isomatch.Client.download_prototype`.
