@@ -1,6 +1,5 @@
 """Jobs that commands start: waiting, interruption and the output of results."""
 
-import re
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -16,6 +15,7 @@ from isomatch._cli.prototype_rendering import print_learned
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._clients import Client, Job
 from isomatch._errors import IsomatchError, NotFound
+from isomatch._operations.job_ids import is_beginning
 from isomatch._operations.results import View
 from isomatch._progress import ID_SHOWN
 from isomatch._results import (
@@ -129,17 +129,15 @@ def job_given(client: Client, given: str) -> Job:
     try:
         return client.job(given)
     except NotFound:
-        found = [job for job in client.jobs() if job.id.startswith(given)] if _short(given) else []
+        if not is_beginning(given) or len(given) < ID_SHOWN:
+            raise
+        found = [job for job in client.jobs() if job.id.startswith(given)]
         if not found:
             raise
         if len(found) > 1:
             ids = ", ".join(job.id for job in found)
             raise ValueError(f"several jobs begin with {given!r}: {ids}") from None
         return found[0]
-
-
-def _short(given: str) -> bool:
-    return re.fullmatch(rf"[0-9a-f]{{{ID_SHOWN},31}}", given) is not None
 
 
 @contextmanager

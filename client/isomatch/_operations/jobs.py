@@ -39,6 +39,7 @@ from isomatch._models import (
     Shape,
     check_names,
 )
+from isomatch._operations.job_ids import beginning_explained
 from isomatch._operations.outages import job_named
 from isomatch._operations.request_parts import id_of, listed, named, names_of, path_to
 from isomatch._progress import ProgressBar
@@ -154,7 +155,8 @@ def get_job(job_id: str, wait: float | None = None, outage: float = 0.0) -> Oper
     """
     path, query = path_to("jobs", job_id), {"wait": wait}
     call = Call("GET", path, query=query, patience=wait or 0.0, outage=outage)
-    return parsed(JobRecord, (yield from send(call)))
+    with beginning_explained(id_of(job_id)):
+        return parsed(JobRecord, (yield from send(call)))
 
 
 def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
