@@ -86,7 +86,9 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     )
     error_handlers.install(app)
     app.add_middleware(HeadLikeGet, routes=app.router.routes)
-    app.add_middleware(Authentication, keys=ring)
+    app.add_middleware(
+        Authentication, keys=ring, hosts=(settings.host.lower(), *settings.allowed_hosts)
+    )
     app.add_middleware(
         BodyLimit,
         limit=BODY_LIMIT,

@@ -9,7 +9,7 @@ from broker.environment import FROM_ENVIRONMENT, LogLevel
 from broker.queue import QueueSettings
 from broker.store import StoreSettings
 from broker.webhooks import WebhookSettings
-from service.http import ApiKeys, Auth
+from service.http import ApiKeys, Auth, Hosts
 
 
 class Settings(StoreSettings, QueueSettings, WebhookSettings):
@@ -62,6 +62,12 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         default=None,
         description="Whether calls need an API key: keys or none. Default: keys where"
         " ISOMATCH_API_KEYS is set, or a key was ever created.",
+    )
+    allowed_hosts: Hosts = Field(
+        default=(),
+        description="Further host names to which the service answers without API keys, such as"
+        " that of a proxy, separated by commas. It always answers to localhost, IP addresses,"
+        " names without a dot, and ISOMATCH_HOST.",
     )
     idempotency_ttl: int = Field(
         default=86400, ge=1, description="Seconds an Idempotency-Key is remembered."

@@ -23,6 +23,7 @@ class ProblemType(Enum):
 
     BAD_REQUEST = "bad-request", 400, "Bad request"
     UNAUTHORIZED = "unauthorized", 401, "API key needed"
+    CROSS_SITE_REQUEST = "cross-site-request", 403, "Request of another site"
     NOT_FOUND = "not-found", 404, "Not found"
     SHAPE_NOT_FOUND = "shape-not-found", 404, "No such shape"
     PROTOTYPE_NOT_FOUND = "prototype-not-found", 404, "No such prototype"
@@ -48,6 +49,7 @@ class ProblemType(Enum):
     UPLOAD_TOO_LARGE = "upload-too-large", 413, "Upload too large"
     UNSUPPORTED_FORMAT = "unsupported-format", 415, "Unsupported format"
     ENCODED_BODY = "encoded-body", 415, "Encoded body"
+    MISDIRECTED_REQUEST = "misdirected-request", 421, "Name not accepted"
     INVALID_REQUEST = "invalid-request", 422, "Invalid request"
     UNKNOWN_SHAPE = "unknown-shape", 422, "Unknown shape"
     UNKNOWN_PROTOTYPE = "unknown-prototype", 422, "Unknown prototype"

@@ -50,6 +50,7 @@ from service.http.problems import (
 )
 from service.http.query_parameters import known_parameters
 from service.http.request_context import RequestContext
+from service.http.same_origin import Hosts
 from service.http.security import (
     ApiKeys,
     Auth,
@@ -77,6 +78,7 @@ __all__ = [
     "EncodedBody",
     "GeometryNotKept",
     "HeadLikeGet",
+    "Hosts",
     "IdempotencyKeyReused",
     "InvalidRequest",
     "JobExpired",

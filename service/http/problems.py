@@ -6,6 +6,7 @@
     ├── InvalidRequest              422  a field of the request is not valid; `errors` says which
     ├── BadRequest                  400  the request cannot be parsed
     ├── Unauthorized                401  the request has no API key, or an unknown one
+    ├── CrossSiteRequest            403  a web page of another site sent it, and no key is needed
     ├── NotFound                    404  there is nothing at this address
     │   ├── ShapeNotFound
     │   ├── PrototypeNotFound
@@ -30,6 +31,7 @@
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  the format of the file is not supported
     ├── EncodedBody                 415  the body is compressed
+    ├── MisdirectedRequest          421  the host name is not accepted, and no key is needed
     ├── UnknownShape                422  the request names a shape that does not exist
     ├── UnknownPrototype            422  the request names a prototype that does not exist
     ├── UnknownAttributes           422  the request names an attribute file that does not exist
@@ -95,6 +97,12 @@ class Unauthorized(ApiProblem):
 
     type = ProblemType.UNAUTHORIZED
     headers: ClassVar[dict[str, str]] = {"WWW-Authenticate": 'Bearer realm="isomatch"'}
+
+
+class CrossSiteRequest(ApiProblem):
+    """A web page of another site sent the request, and no key is needed."""
+
+    type = ProblemType.CROSS_SITE_REQUEST
 
 
 class NotFound(ApiProblem):
@@ -244,6 +252,12 @@ class EncodedBody(ApiProblem):
     """The body of the request has a content encoding, such as gzip."""
 
     type = ProblemType.ENCODED_BODY
+
+
+class MisdirectedRequest(ApiProblem):
+    """The host name of the request is not accepted, and no key is needed."""
+
+    type = ProblemType.MISDIRECTED_REQUEST
 
 
 class UnknownShape(ApiProblem):

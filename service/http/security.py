@@ -1,7 +1,8 @@
 """Authentication with API keys.
 
 Keys are named by ``ISOMATCH_API_KEYS``, or created in the store while the service runs
-(:mod:`service.admin`). Where there are none, everybody may call; else everything under ``/v1``
+(:mod:`service.admin`). Where there are none, everybody may call, but for web pages of other sites
+(:mod:`service.http.same_origin`); else everything under ``/v1``
 needs one. Probes, metrics and pages need none, as they show nothing that was uploaded.
 
 A key identifies the caller, for the log, for jobs and for the limit of queued jobs, and the
@@ -11,6 +12,7 @@ caller's tenant, whose shapes, jobs and prototypes are all that it can see, canc
 import hashlib
 import hmac
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -28,6 +30,7 @@ from broker.store import StoredKey
 from broker.telemetry import logger
 from service.http.problem_documents import response
 from service.http.problems import StoreAway, Unauthorized
+from service.http.same_origin import foreign_request
 
 PROTECTED: Final = "/v1"
 """Paths below this need a key, if there are keys."""
@@ -187,17 +190,22 @@ class KeyRing:
 class Authentication:
     """ASGI middleware that refuses requests without an accepted key, and notes the caller.
 
+    Where no key is needed, it refuses what web pages of other sites send.
+
     Parameters
     ----------
     app
         The application.
     keys
         The accepted keys.
+    hosts
+        Names to which it answers without keys, besides those to which it always does.
     """
 
-    def __init__(self, app: ASGIApp, keys: KeyRing) -> None:
+    def __init__(self, app: ASGIApp, keys: KeyRing, hosts: Collection[str]) -> None:
         self._app = app
         self._keys = keys
+        self._hosts = hosts
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on if it is authorised."""
@@ -205,12 +213,15 @@ class Authentication:
         if scope["type"] != "http" or not _protected(scope["path"]):
             await self._app(scope, receive, send)
             return
-        authorization = Headers(scope=scope).get("authorization", "")
+        headers = Headers(scope=scope)
+        authorization = headers.get("authorization", "")
         # For answers that go on after the key is revoked.
         admitted = partial(self._keys.admits, authorization)
         scope["state"] = {**scope.get("state", {}), "admitted": admitted}
         if needed is False:
-            await self._app(scope, receive, send)
+            foreign = foreign_request(scope["method"], headers, self._hosts)
+            allowed = self._app if foreign is None else response(foreign.problem(scope["path"]))
+            await allowed(scope, receive, send)
             return
         key = self._keys.find(authorization) if needed else None
         if key is None:

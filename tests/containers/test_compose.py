@@ -62,7 +62,7 @@ def test_who_may_call_and_what_tenants_may_have_reaches_the_containers() -> None
     quotas = {"ISOMATCH_TENANT_SHAPES", "ISOMATCH_TENANT_BYTES", "ISOMATCH_TENANT_JOBS"}
     api, worker = (set(SERVICES[name]["environment"]) for name in ("api", "worker"))
     # A setting that is not passed on would leave the service open without a word.
-    assert {"ISOMATCH_AUTH", "ISOMATCH_API_KEYS", *quotas} <= api
+    assert {"ISOMATCH_AUTH", "ISOMATCH_API_KEYS", "ISOMATCH_ALLOWED_HOSTS", *quotas} <= api
     assert quotas <= worker
 
 

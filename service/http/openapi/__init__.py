@@ -9,7 +9,8 @@ from fastapi.openapi.utils import get_openapi
 from broker.contracts import Problem
 from service.http.openapi.examples import illustrate
 from service.http.problem_documents import responses
-from service.http.problems import Unauthorized
+from service.http.problems import ApiProblem, CrossSiteRequest, MisdirectedRequest, Unauthorized
+from service.http.same_origin import SAFE_METHODS
 from service.http.security import PROTECTED
 
 DESCRIPTION = """\
@@ -69,10 +70,14 @@ def _require_keys(schema: dict[str, Any]) -> None:
     }
     for path, calls in schema["paths"].items():
         if path.startswith(PROTECTED + "/"):
-            for call in calls.values():
+            for method, call in calls.items():
                 call["security"] = [{"apiKey": []}, {}]
-                refused = responses(Unauthorized)[Unauthorized.type.status]
-                call["responses"][str(Unauthorized.type.status)] = refused
+                refusals: list[type[ApiProblem]] = [Unauthorized, MisdirectedRequest]
+                if method.upper() not in SAFE_METHODS:
+                    refusals.append(CrossSiteRequest)
+                documented = responses(*refusals)
+                for kind in refusals:
+                    call["responses"][str(kind.type.status)] = documented[kind.type.status]
 
 
 def _mark_files(node: Any) -> None:
