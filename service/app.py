@@ -41,6 +41,7 @@ from service.http import (
     HeadLikeGet,
     KeyRing,
     RequestContext,
+    ResponseHeaders,
     error_handlers,
     known_parameters,
 )
@@ -101,6 +102,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
+    app.add_middleware(ResponseHeaders)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
     app.webhooks.include_router(jobs.webhooks_router)
     packages = (

@@ -50,6 +50,7 @@ from service.http.problems import (
 )
 from service.http.query_parameters import known_parameters
 from service.http.request_context import RequestContext
+from service.http.response_headers import ResponseHeaders
 from service.http.same_origin import Hosts
 from service.http.security import (
     ApiKeys,
@@ -95,6 +96,7 @@ __all__ = [
     "QuotaUsedUp",
     "Reported",
     "RequestContext",
+    "ResponseHeaders",
     "ResultExpired",
     "ResultNotReady",
     "ShapeDeleted",

@@ -210,7 +210,7 @@ class Authentication:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on if it is authorised."""
         needed = self._keys.needed
-        if scope["type"] != "http" or not _protected(scope["path"]):
+        if scope["type"] != "http" or not protected(scope["path"]):
             await self._app(scope, receive, send)
             return
         headers = Headers(scope=scope)
@@ -252,7 +252,8 @@ def _log_changes(before: tuple[StoredKey, ...], after: tuple[StoredKey, ...], go
         log.info(event, tenant=key.tenant, name=key.name)
 
 
-def _protected(path: str) -> bool:
+def protected(path: str) -> bool:
+    """Whether a path needs a key, if there are keys."""
     return path == PROTECTED or path.startswith(PROTECTED + "/")
 
 

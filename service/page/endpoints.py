@@ -28,7 +28,6 @@ POLICY: Final = "; ".join(
 
 _HEADERS: Final = {
     "Content-Security-Policy": POLICY,
-    "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
 _DAY: Final = 86400
