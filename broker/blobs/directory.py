@@ -29,7 +29,7 @@ _PROBE: Final = "probe"
 
 @dataclass(frozen=True)
 class DirectoryBlobs:
-    """Blobs as files of a directory, which is made when it is first written to.
+    """Blobs as files of a directory, which is made, for its owner alone, when first written to.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class DirectoryBlobs:
         unfinished = target.with_name(f"{target.name}{_UNFINISHED}")
         with _reported():
             try:
-                _made(target.parent)
+                self._make(target.parent)
                 with unfinished.open("wb") as file:
                     file.write(data)
                     file.flush()
@@ -103,16 +103,17 @@ class DirectoryBlobs:
         self.put(path, b"probe")
         self.delete(path)
 
+    def _make(self, folder: Path) -> None:
+        if not folder.is_dir():
+            # Other users of the machine are none of the tenants.
+            self.root.mkdir(mode=0o700, parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
+            _flush_directory(folder.parent)
+
     def _check_present(self) -> None:
         """Tell a directory that is not mounted from one that lacks a file."""
         if not self.root.is_dir():
             raise BlobsAway(f"there is no directory {self.root}")
-
-
-def _made(folder: Path) -> None:
-    if not folder.is_dir():
-        folder.mkdir(parents=True, exist_ok=True)
-        _flush_directory(folder.parent)
 
 
 def _flush_directory(folder: Path) -> None:

@@ -14,6 +14,7 @@ from redis import Redis
 from redis.exceptions import RedisError
 
 from broker.processes import die_with_parent
+from service.standalone.private_directories import close_to_others
 
 START_SECONDS: Final = 60.0
 """Time to start; most of it may go into reading a long append-only file."""
@@ -75,7 +76,7 @@ class EmbeddedServer:
     Parameters
     ----------
     directory
-        Directory of its data, socket and log.
+        Directory of its data, socket and log, which is closed to other users.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -106,7 +107,9 @@ class EmbeddedServer:
             It does not start; the reason is in its log.
         """
         binary = server_binary()
-        self._directory.mkdir(parents=True, exist_ok=True)
+        # Its file has the secrets of webhooks; earlier versions left it open.
+        self._directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+        close_to_others(self._directory)
         self._end_orphan()
         log = self._directory / "redis.log"
         with log.open("ab") as output:

@@ -25,6 +25,7 @@ from service.app import create_app
 from service.settings import Settings
 from service.standalone.embedded import EmbeddedServer, EmbeddedServerError
 from service.standalone.pool import WorkerPool
+from service.standalone.private_directories import close_to_others
 
 TEND_INTERVAL: Final = 0.2
 """Seconds between two checks of the child processes."""
@@ -172,6 +173,8 @@ async def _redis(settings: Settings) -> AsyncIterator[tuple[Settings, EmbeddedSe
         yield settings, None
         return
     with _locked(settings.data_dir):
+        blobs = settings.data_dir.resolve() / "blobs"
+        close_to_others(blobs)
         redis = EmbeddedServer(settings.data_dir / "redis")
         try:
             try:
@@ -180,16 +183,12 @@ async def _redis(settings: Settings) -> AsyncIterator[tuple[Settings, EmbeddedSe
                 raise StartError(str(error)) from error
             found = {
                 "redis_url": redis.url,
-                "blob_url": settings.blob_url or _beside(settings.data_dir),
+                "blob_url": settings.blob_url or blobs.as_uri(),
                 "workers": settings.worker_count,
             }
             yield settings.model_copy(update=found), redis
         finally:
             redis.stop()
-
-
-def _beside(directory: Path) -> str:
-    return (directory.resolve() / "blobs").as_uri()
 
 
 def _migrate(store: Store) -> None:
@@ -205,7 +204,7 @@ def _migrate(store: Store) -> None:
 @contextlib.contextmanager
 def _locked(directory: Path) -> Iterator[None]:
     try:
-        directory.mkdir(parents=True, exist_ok=True)
+        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
         lock = (directory / "lock").open("a+")
     except OSError as error:
         raise StartError(f"cannot write to the data directory {directory}: {error}") from error

@@ -71,3 +71,16 @@ while True:
             data = (tmp_path / entry.path).read_bytes()
             assert data == bytes([int(Path(entry.path).name) % 256]) * 300_000
             (tmp_path / entry.path).unlink()
+
+
+def test_a_new_directory_is_closed_to_other_users(tmp_path: Path) -> None:
+    before = os.umask(0o022)
+    try:
+        DirectoryBlobs(tmp_path / "data" / "blobs").put("ab/1", b"content")
+        (tmp_path / "open").mkdir()
+        DirectoryBlobs(tmp_path / "open").put("ab/1", b"content")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "data" / "blobs").stat().st_mode & 0o777 == 0o700
+    # The operator's own mode is kept.
+    assert (tmp_path / "open").stat().st_mode & 0o777 == 0o755
