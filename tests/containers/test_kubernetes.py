@@ -123,6 +123,25 @@ def test_selectors_choose_pods() -> None:
                 assert any(pod.labels[rule["key"]] == value for pod in PODS.values())
 
 
+@pytest.mark.parametrize("pod", PODS.values(), ids=PODS)
+def test_pods_reach_what_they_need_and_nothing_else(pod: Pod) -> None:
+    policies = [each["spec"] for each in of_kind("NetworkPolicy") if chooses(each["spec"], pod)]
+    # Kubernetes confines only those directions that some policy of a pod names.
+    assert {"Ingress", "Egress"} <= {kind for each in policies for kind in each["policyTypes"]}
+    rules = [rule for each in policies for rule in each.get("egress", ())]
+    assert all(rule.get("to") and rule.get("ports") for rule in rules)
+    ports = {port["port"] for rule in rules for port in rule["ports"]}
+    needed = {6379, 53, 443, 80}
+    assert ports == (set() if pod.name in ("isomatch-queue", "isomatch-cache") else needed)
+
+
+def chooses(policy: dict[str, Any], pod: Pod) -> bool:
+    selector = policy["podSelector"]
+    return selector.get("matchLabels", {}).items() <= pod.labels.items() and all(
+        pod.labels[rule["key"]] in rule["values"] for rule in selector.get("matchExpressions", ())
+    )
+
+
 def test_no_busy_worker_is_stopped() -> None:
     (settings,) = of_kind("ConfigMap")
     longest = int(settings["data"]["ISOMATCH_JOB_TIMEOUT"])
