@@ -66,8 +66,8 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
     allowed_hosts: Hosts = Field(
         default=(),
         description="Further host names to which the service answers without API keys, such as"
-        " that of a proxy, separated by commas. It always answers to localhost, IP addresses,"
-        " names without a dot, and ISOMATCH_HOST.",
+        " that of a proxy, separated by commas. It always answers to IP addresses, names that"
+        " public DNS does not have, and ISOMATCH_HOST.",
     )
     idempotency_ttl: int = Field(
         default=86400, ge=1, description="Seconds an Idempotency-Key is remembered."

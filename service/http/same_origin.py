@@ -27,6 +27,10 @@ SAFE_METHODS: Final = ("GET", "HEAD", "OPTIONS")
 _HOST: Final = re.compile(r"(?:\[(?P<address>[^][]+)\]|(?P<name>[^][:@]+))(?::\d*)?")
 _ORIGIN: Final = re.compile(r"(?P<scheme>https?)://(?P<host>.+)")
 _NAME: Final = re.compile(r"[a-z0-9_-]+(\.[a-z0-9_-]+)*")
+_LOCAL: Final = (".localhost", ".local", ".internal", ".test", ".home.arpa")
+"""Domains that public DNS does not have, like names without a dot (RFC 6761, 6762 and 8375; ICANN
+reserved ``.internal`` in 2024): containers and clusters name their services there."""
+
 _DEFAULT_PORTS: Final = {"http": ":80", "https": ":443"}
 
 
@@ -86,8 +90,7 @@ def _accepted(host: str, hosts: Collection[str]) -> bool:
     if found["address"]:
         return _is_address(found["address"])
     name = _plain(found["name"])
-    # Public DNS resolves none of the names without a dot, such as those of containers.
-    local = "." not in name or name.endswith(".localhost")
+    local = "." not in name or name.endswith(_LOCAL)
     return local or _is_address(name) or name in hosts
 
 
