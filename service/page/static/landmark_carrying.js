@@ -2,8 +2,8 @@
 //
 // Carried landmarks have `file`, the name of the file, `end`, 0 for the source, whose landmarks it has, and their
 // `coordinates`; `given`, the landmarks in it; `points` on the source and on the target, null where there is none; `remark` on
-// those that are far from the surface, or null; `sure`, their confidences, or null; `moves`, the corrections; and `positions` on
-// the target, corrections included, in the coordinates of its file.
+// those that are far from the surface and on labels that recur, or null; `sure`, their confidences, or null; `moves`, the
+// corrections; and `positions` on the target, corrections included, in the coordinates of its file.
 
 import { Problem, post } from "./api.js";
 import { resultOf } from "./events.js";
@@ -35,7 +35,15 @@ export function usablePoints(given, side) {
   if (points.every((point) => point === null)) {
     throw new Problem(0, { title: "No landmark to carry", detail: remark ?? "All landmarks of this file are missing." });
   }
-  return { points, remark };
+  return { points, remark: [...recurring(given), ...(remark === null ? [] : [remark])].join(" ") || null };
+}
+
+/** A sentence for each label of several landmarks, as the client has them (client/isomatch/_landmarks/remarks.py). */
+export function recurring(given) {
+  const counts = new Map();
+  for (const { label } of given) counts.set(label, (counts.get(label) ?? 0) + 1);
+  return [...counts].filter(([, times]) => times > 1)
+    .map(([label, times]) => `${times} landmarks are called "${label}"; only their order tells them apart.`);
 }
 
 // The images of points on the other shape, by a transfer of the service.

@@ -44,7 +44,7 @@ export async function landmarkCollectionView(place, batch, signal) {
     if (file === undefined) return;
     try {
       const coordinates = system.querySelector("select").value;
-      const given = readLandmarks(file.name, await file.text(), coordinates);
+      const given = readLandmarks(file.name, await file.text(), coordinates, template.name);
       if (specimens.all.some(({ carried }) => carried?.moves.length > 0) && !(await confirmed("Carry other landmarks?",
         "The corrections of all specimens would be lost.", "Carry them", "Keep these"))) return;
       await specimens.begin({ file: file.name, coordinates, given });

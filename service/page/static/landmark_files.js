@@ -9,6 +9,7 @@ const COLUMNS = "id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID";
 const SCHEMA = "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#";
 const AXES = [[["x", "y", "z"], null], [["l", "p", "s"], "LPS"], [["r", "a", "s"], "RAS"]];
 const LABELS = ["label", "name", "landmark", "id"];
+const MOST_NAMED = 10;
 const NUMBER = /^[+-]?(\d+[.,]?\d*|[.,]\d+)(e[+-]?\d+)?$/i;
 
 /** Endings of the files. */
@@ -26,15 +27,29 @@ export class LandmarkFileError extends Error {
  * Read a file.
  * @param {string} name of the file; its ending is the format
  * @param {string} system coordinate system of the mesh
+ * @param {string} mesh name of the mesh, whose landmarks are taken if the file has several specimens
  * @returns {Array<Object>} the landmarks, at least one
  */
-export function readLandmarks(name, text, system) {
+export function readLandmarks(name, text, system, mesh) {
   const ending = name.toLowerCase().split(".").pop();
   const read = { json: readMarkups, fcsv: readFiducials, csv: readTable }[ending];
   if (read === undefined) throw new LandmarkFileError(`The name ends with none of .${FORMATS.join(", .")}.`);
-  const found = read(text.replace(/^\uFEFF/, ""), system);
+  const found = ofSpecimen(read(text.replace(/^\uFEFF/, ""), system), mesh);
   if (found.length === 0) throw new LandmarkFileError("There are no landmarks in it.");
-  return found.map(({ label, ...rest }, at) => ({ ...rest, label: label || String(at + 1) }));
+  return found.map(({ label, position, remark }, at) => ({ label: label || String(at + 1), position, remark }));
+}
+
+// The landmarks of one specimen; of several, as in the table of isomatch landmarks, those that bear the mesh's name.
+function ofSpecimen(landmarks, mesh) {
+  const names = [...new Set(landmarks.map(({ specimen }) => specimen))];
+  if (names.length < 2) return landmarks;
+  const found = names.filter((name) => stemOf(name) === stemOf(mesh));
+  if (found.length !== 1) {
+    const known = names.slice(0, MOST_NAMED).map((name) => `"${name}"`).join(", ");
+    const more = names.length > MOST_NAMED ? ` and ${names.length - MOST_NAMED} more` : "";
+    throw new LandmarkFileError(`It has several specimens, ${known}${more}, and not one called "${stemOf(mesh)}", like the mesh.`);
+  }
+  return landmarks.filter(({ specimen }) => specimen === found[0]);
 }
 
 /**
@@ -132,7 +147,7 @@ function readTable(text, system) {
   else if (isHeader(rows[0][1])) throw new LandmarkFileError("expected a header such as label,x,y,z", rows[0][0]);
   const names = named ? head : head.length === 3 ? ["x", "y", "z"] : ["label", "x", "y", "z"];
   const [axes, from] = AXES.find(([each]) => each.every((axis) => names.includes(axis)));
-  const labels = LABELS.find((name) => names.includes(name));
+  const labels = LABELS.find((name) => names.includes(name)) ?? unnamedLabels(names, rows);
   return rows.map(([line, entries]) => {
     if (entries.length < names.length || entries.slice(names.length).some((one) => one !== "")) {
       const hint = entries.length > names.length ? "; with decimal commas delimit columns by semicolons" : "";
@@ -140,8 +155,15 @@ function readTable(text, system) {
     }
     const entry = (name) => entries[names.indexOf(name)];
     const position = entry("defined") === "0" ? null : positionOf(axes.map(entry), line);
-    return { label: labels ? entry(labels) : "", remark: "", position: converted(position, from ?? system, system) };
+    const label = labels === undefined ? "" : entry(labels);
+    return { label, remark: "", position: converted(position, from ?? system, system), specimen: entry("specimen") };
   });
+}
+
+// R and pandas write names of rows without a heading, and number rows that have none.
+function unnamedLabels(names, rows) {
+  const at = names.indexOf("");
+  return at >= 0 && rows.some(([, entries]) => !NUMBER.test(entries[at])) ? "" : undefined;
 }
 
 const isMissing = (text) => ["", "na", "nan"].includes(text.toLowerCase());

@@ -62,7 +62,7 @@ export async function landmarkView(place, [id], signal) {
     fill(said, h("p", { class: "faint" }, `Carrying the landmarks of ${file.name}.`));
     try {
       const coordinates = system.querySelector("select").value;
-      const given = readLandmarks(file.name, await file.text(), coordinates);
+      const given = readLandmarks(file.name, await file.text(), coordinates, shapes[end].name);
       const carried = await carryLandmarks({ id, result, sides }, { file: file.name, end, coordinates, given }, signal);
       if (!signal.aborted && newest === file) await show(carried);
     } catch (error) {

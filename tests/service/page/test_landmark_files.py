@@ -32,6 +32,10 @@ OTHERS = {
     "bare.csv": "1;2;3\n\n4;5;6\n",
     "named.csv": "tip\t1\t2\t3\nNA row\tNA\tNA\tNA\n",
     "quoted.csv": 'name,x,y,z\n"a\nb",1,2,3\n',
+    "r.csv": '"","x","y","z"\n"bregma",1,2,3\n"inion",4,5,6\n',
+    "numbered.csv": ",x,y,z\n0,1,2,3\n1,4,5,6\n",
+    "trailing.csv": "name,x,y,z,,\ntip,1,2,3,,\n",
+    "one.csv": "specimen,label,x,y,z\na,tip,1,2,3\na,root,4,5,6\n",
     "old.fcsv": "# CoordinateSystem = 1\n# columns = id,x,y,z,label\n1,1,2,3,tip\n",
     "first.fcsv": "v,1,2,3,0,0,0,1,1,1,0,tip,remark,\n",
 }
@@ -50,6 +54,7 @@ WRONG = {
     "m.csv": ("label;x;y;z\na;1.234,5;2;3\n", 'line 2: "1.234,5" is not a finite number'),
     "i.fcsv": ("# CoordinateSystem = voxels\n", "line 1: The coordinate system"),
     "j.tps": ("LM3=0\n", "ends with none of"),
+    "n.csv": ("specimen,label,x,y,z\na,tip,1,2,3\nb,tip,4,5,6\n", 'several specimens, "a", "b"'),
     "k.csv": ("name,px,py,pz\ntip,1,2,3\n", "line 1: expected a header such as label,x,y,z"),
 }
 
@@ -95,6 +100,19 @@ def test_files_of_other_programs(page: Page, tmp_path: Path, name: str) -> None:
         same(by_page(page, name, OTHERS[name], system), expected)
 
 
+def test_of_several_specimens_that_of_the_mesh_is_taken(page: Page) -> None:
+    table = "specimen,label,x,y,z\na,tip,1,2,3\nb,tip,4,5,6\n"
+    body = "return m.readLandmarks(...given)"
+    (found,) = call(page, "landmark_files", body, ["all.csv", table, "LPS", "b.ply"])
+    assert found == {"label": "tip", "position": [4, 5, 6], "remark": ""}
+
+
+def test_labels_that_recur_are_reported(page: Page) -> None:
+    given = [{"label": label} for label in "pqp"]
+    (said,) = call(page, "landmark_carrying", "return m.recurring(given)", given)
+    assert said == '2 landmarks are called "p"; only their order tells them apart.'
+
+
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("system", ["LPS", "RAS"])
 def test_the_client_reads_what_the_page_writes(
@@ -123,7 +141,7 @@ def test_wrong_files_are_refused_with_the_reason(page: Page, name: str) -> None:
     text, reason = WRONG[name]
     body = """try { m.readLandmarks(...given); return null; }
         catch (error) { return [error.title, error.message]; }"""
-    said = call(page, "landmark_files", body, [name, text, "LPS"])
+    said = call(page, "landmark_files", body, [name, text, "LPS", "mesh.ply"])
     assert said is not None
     assert said[0] == "This file of landmarks cannot be read"
     assert reason in said[1]

@@ -15,7 +15,7 @@ LandmarkFormat: TypeAlias = Literal["mrk.json", "fcsv", "csv", "tps", "txt"]
 FORMATS: Final[tuple[LandmarkFormat, ...]] = get_args(LandmarkFormat)
 
 PER_SPECIMEN: Final[frozenset[LandmarkFormat]] = frozenset({"mrk.json", "fcsv", "csv"})
-"""Formats of which a file has one specimen."""
+"""Formats of which a file is written for one specimen."""
 
 MOST_BYTES: Final = 32 << 20
 """Size above which a file is refused unread."""
@@ -36,7 +36,8 @@ def read_landmarks(
 
     Returns
     -------
-    The landmarks of each specimen in the file. Formats without labels number them from 1.
+    The landmarks of each specimen in the file: of a table of points, one for each entry of its
+    column ``specimen``, if there is one. Formats without labels number landmarks from 1.
 
     Raises
     ------

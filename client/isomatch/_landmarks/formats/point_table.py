@@ -2,7 +2,8 @@
 
 The first line names the columns, or is missing. Columns are delimited by commas, semicolons or tab
 stops; decimals may follow a comma. Control points that 3D Slicer exports have columns l, p, s or
-r, a, s, which name the coordinate system, and `defined`.
+r, a, s, which name the coordinate system, and `defined`. A column `specimen`, as in the table of
+``isomatch landmarks``, gives a set for each specimen.
 """
 
 import csv
@@ -14,6 +15,7 @@ from isomatch._landmarks.formats.reading import (
     CoordinateSystem,
     FormatError,
     check_named_once,
+    is_number,
     position,
     table,
 )
@@ -26,6 +28,7 @@ _AXES: Final[tuple[tuple[tuple[str, str, str], CoordinateSystem | None], ...]] =
 )
 _DIRECTIONS: Final = tuple(axis for axes, _ in _AXES for axis in axes)
 _LABELS: Final = ("label", "name", "landmark", "id")
+_SPECIMEN: Final = "specimen"
 
 
 def names_axes(first: list[str]) -> bool:
@@ -51,19 +54,19 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
     """
     rows = table(text)
     if not rows:
-        return (LandmarkSet.of([]),)
+        return ()
     width = len(rows[0][1])
     columns: Mapping[str, int] = {"label": 0, "x": 1, "y": 2, "z": 3}
     if names_axes(rows[0][1]):
         names = [name.lower() for name in rows[0][1]]
-        check_named_once(names, (*_LABELS, *_DIRECTIONS), rows[0][0])
-        columns = {name: place for place, name in enumerate(names)}
+        check_named_once(names, (*_LABELS, *_DIRECTIONS, _SPECIMEN), rows[0][0])
+        columns = {name: names.index(name) for name in names}
         rows = rows[1:]
     elif len(rows[0][1]) == 3:
         columns = {"x": 0, "y": 1, "z": 2}
     axes, system = next(found for found in _AXES if set(found[0]) <= set(columns))
-    named = next((columns[name] for name in _LABELS if name in columns), None)
-    points: list[tuple[str, tuple[float, ...] | None]] = []
+    named = _column_of_labels(columns, rows)
+    specimens: dict[str, list[tuple[str, tuple[float, ...] | None]]] = {}
     for line, entries in rows:
         if len(entries) < width or any(entries[width:]):
             hint = "; with decimal commas delimit columns by semicolons"
@@ -74,9 +77,11 @@ def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
         if "defined" in columns and entries[columns["defined"]] == "0":
             place = None
         label = "" if named is None else entries[named]
+        specimen = entries[columns[_SPECIMEN]] if _SPECIMEN in columns else ""
+        points = specimens.setdefault(specimen, [])
         points.append((label or str(len(points) + 1), place))
-    found = LandmarkSet.of(points)
-    return (found if system in (None, coordinates) else found.flipped(),)
+    found = [LandmarkSet.of(points, name) for name, points in specimens.items()]
+    return tuple(one if system in (None, coordinates) else one.flipped() for one in found)
 
 
 def write(landmarks: LandmarkSet) -> str:
@@ -96,3 +101,14 @@ def write(landmarks: LandmarkSet) -> str:
         named = label if label.strip() else number
         rows.writerow((named, *(place if there else ("", "", ""))))
     return out.getvalue()
+
+
+def _column_of_labels(columns: Mapping[str, int], rows: list[tuple[int, list[str]]]) -> int | None:
+    """Return the column of the labels; None if the landmarks are numbered."""
+    named = next((columns[name] for name in _LABELS if name in columns), None)
+    unnamed = columns.get("")
+    if named is not None or unnamed is None:
+        return named
+    # R and pandas write names of rows without a heading, and number rows that have none.
+    entries = [row[unnamed] for _, row in rows if unnamed < len(row)]
+    return None if all(map(is_number, entries)) else unnamed

@@ -219,3 +219,27 @@ def test_separators_within_names_and_remarks_end_no_line(tmp_path: Path, separat
     name.write_text(f"LM3=1\n1 2 3\nID=skull{separator}7\n", encoding="utf-8")
     (found,) = read_landmarks(name)
     assert found.name == f"skull{separator}7"
+
+
+def test_names_of_rows_without_a_heading_are_labels(tmp_path: Path) -> None:
+    path = tmp_path / "r.csv"
+    for text, labels in (
+        ('"","x","y","z"\n"bregma",1,2,3\n"inion",NA,NA,NA\n', ("bregma", "inion")),
+        ('"","x","y","z"\n"3",1,2,3\n"7",4,5,6\n', ("1", "2")),
+        (",label,x,y,z\n0,tip,1,2,3\n", ("tip",)),
+        ("label,x,y,z,,\ntip,1,2,3,,\n", ("tip",)),
+    ):
+        path.write_text(text)
+        (found,) = read_landmarks(path)
+        assert found.labels == labels
+
+
+def test_a_table_with_a_column_of_specimens_has_a_set_for_each(tmp_path: Path) -> None:
+    path = tmp_path / "landmarks.csv"
+    path.write_text(
+        "specimen,label,x,y,z,confidence\nb,tip,1,2,3,0.9\na,tip,4,5,6,0.8\nb,,,,,\na,end,7,8,9,\n"
+    )
+    first, second = read_landmarks(path)
+    assert (first.name, first.labels, first.present.tolist()) == ("b", ("tip", "2"), [True, False])
+    assert (second.name, second.labels) == ("a", ("tip", "end"))
+    np.testing.assert_array_equal(second.positions, [[4, 5, 6], [7, 8, 9]])
