@@ -1,7 +1,6 @@
 """``isomatch transfer``: attributes and landmarks carried along a match."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Final, cast
 
@@ -21,10 +20,11 @@ from isomatch._cli.options import (
 )
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
-from isomatch._cli.uploads import uploaded
+from isomatch._cli.transfer_checks import READ, Carried
+from isomatch._cli.uploads import named_upload, uploaded
 from isomatch._clients import Client
 from isomatch._http import DEFAULT_URL
-from isomatch._models import MatchParameters, Shape
+from isomatch._models import Attributes, MatchParameters
 from isomatch._operations.result_files import TRANSFER_FORMATS
 from isomatch._results import KINDS, Direction, Element, TransferKind
 
@@ -76,17 +76,6 @@ Written = Annotated[
     ),
 ]
 
-_OF_NUMBERS: Final = ("npz", "csv", "ply", "glb")
-
-READ: Final[Mapping[TransferKind, tuple[str, ...]]] = {
-    "scalars": (*_OF_NUMBERS, "seg", "txt"),
-    "vectors": _OF_NUMBERS,
-    "colors": (*_OF_NUMBERS, "obj"),
-    "labels": (*_OF_NUMBERS, "obj", "seg", "txt"),
-    "skinning": _OF_NUMBERS,
-}
-"""Formats of files of values; what is not here is carried without one."""
-
 
 _OF_VALUES: Final = ("--name", "--on")
 
@@ -129,7 +118,7 @@ def transfer(
     output_given(output, TRANSFER_FORMATS[kind])
     check_outputs(along, wait, output)
     meshes, file = _along(along)
-    values = None if file is None else _values_given(file, kind)
+    values: Attributes | str | None = None if file is None else _values_given(file, kind)
     direction: Direction = "target_to_source" if back else "source_to_target"
     _check_options(kind, {"--point": point, "--name": name, "--on": on, "--influences": influences})
     points = landmark_points(point)
@@ -137,11 +126,11 @@ def transfer(
         named = next(one.flag for one in MATCHING if one.name in parameters)
         raise typer.BadParameter("the match is made already; leave it out", param_hint=named)
     with connected(url, as_json) as client:
-        match = (
-            _matched(client, meshes, parameters, as_json, _Carried(kind, back, file, points))
-            if len(meshes) > 1
-            else job_given(client, meshes[0]).id
-        )
+        if len(meshes) > 1:
+            carried = Carried(kind, back, file, on, name or (), points)
+            match, values = _matched(client, meshes, parameters, as_json, carried)
+        else:
+            match = job_given(client, meshes[0]).id
         run(
             lambda: client.transfer(
                 match,
@@ -198,42 +187,24 @@ def _check_options(kind: TransferKind, given: Mapping[str, object]) -> None:
         raise typer.BadParameter("skinning weights are of vertices", param_hint="--on")
 
 
-@dataclass(frozen=True)
-class _Carried:
-    """What is carried, from the target if `back`."""
-
-    kind: TransferKind
-    back: bool
-    file: str | None
-    points: Sequence[int | Mapping[str, Sequence[float]]]
-
-    def check(self, source: Shape, target: Shape) -> None:
-        """Refuse what the shape that it is carried from does not have."""
-        shape = target if self.back else source
-        if self.kind == "colors" and self.file is None and not shape.has_colors:
-            raise ValueError(f"{shape.name} has no colours: give a file of them")
-        for point in self.points:
-            vertex = point if isinstance(point, int) else max(point["vertices"])
-            if shape.file_vertices is not None and vertex >= shape.file_vertices:
-                raise ValueError(
-                    f"--point: {vertex} is no vertex of {shape.name}, which has"
-                    f" {shape.file_vertices:,}, counted from 0"
-                )
-
-
 def _matched(
     client: Client,
     meshes: list[str],
     parameters: MatchParameters,
     as_json: bool,
-    carried: _Carried,
-) -> str:
-    """Match two meshes, and return the id of the job."""
+    carried: Carried,
+) -> tuple[str, Attributes | None]:
+    """Match two meshes if the values fit; return the id of the job, and the uploaded values."""
     source, target = uploaded(client, meshes, as_json)
-    carried.check(source, target)
+    carried.check_shapes(source, target)
+    values = None
+    if (file := carried.file or carried.own_file(meshes)) is not None:
+        with named_upload(file, as_json):
+            values = client.upload_attributes(file)
+        carried.check_values(values, source, target)
     parameters["dense"] = True
     with cancelled_by_interrupt(
         lambda: client.match(source, target, **parameters), None, as_json
     ) as job:
         job.result(progress=not as_json)
-    return job.id
+    return job.id, values

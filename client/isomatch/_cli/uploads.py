@@ -12,8 +12,21 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import Failures, leave
 from isomatch._clients import Client
-from isomatch._errors import TooLarge, UnprocessablePrototype, UnprocessableShape
+from isomatch._errors import (
+    TooLarge,
+    UnprocessableAttributes,
+    UnprocessablePrototype,
+    UnprocessableShape,
+)
 from isomatch._models import Shape
+
+_OF_FILES: Final = (
+    UnprocessableAttributes,
+    UnprocessablePrototype,
+    UnprocessableShape,
+    TooLarge,
+)
+"""Refusals of an uploaded file."""
 
 SLOW_UPLOAD: Final = 8.0
 """Seconds after which a message says that an upload is waiting."""
@@ -100,7 +113,7 @@ def named_upload(source: str, as_json: bool, after: float = SLOW_UPLOAD) -> Iter
         timer.start()
     try:
         yield
-    except (UnprocessableShape, UnprocessablePrototype, TooLarge) as error:
+    except _OF_FILES as error:
         leave(error, as_json, "the standard input" if source == "-" else source)
     finally:
         timer.cancel()

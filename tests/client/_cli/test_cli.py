@@ -22,7 +22,7 @@ import pytest
 from isomatch._cli import named_upload
 from isomatch._cli.exit_codes import problem_document
 from isomatch._cli.render import print_jobs
-from isomatch._cli.transfer_command import READ
+from isomatch._cli.transfer_checks import READ
 from isomatch._operations.result_files import TRANSFER_FORMATS
 from isomatch._results import KINDS, TransferKind
 from rich.console import Console
@@ -350,6 +350,10 @@ def test_wrong_points_are_refused_before_anything_is_sent(
         (["--what", "colors"], "a.off has no colours"),
         (["--what", "colors", "--back"], "b.obj has no colours"),
         (["--what", "landmarks", "--point", "642"], "642 is no vertex of a.off, which has 642"),
+        (["--what", "texture"], "a.off has no texture"),
+        (["--what", "uv"], "a.off has no texture coordinates"),
+        (["--what", "skinning"], "a.off has no skinning weights: give a file of them"),
+        (["--what", "labels"], "a.off has no labels: give a file of them"),
     ],
 )
 def test_what_a_shape_does_not_have_is_missed_before_it_is_matched(
@@ -359,6 +363,25 @@ def test_what_a_shape_does_not_have_is_missed_before_it_is_matched(
     assert (done.returncode, done.stdout) == (1, "")
     assert message in done.stderr
     assert "succeeded" not in done.stderr
+
+
+def test_values_that_do_not_fit_are_missed_before_shapes_are_matched(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    short, long, empty = (tmp_path / name for name in ("short.csv", "long.csv", "empty.npz"))
+    short.write_text("height\n" + "1.5\n" * 10)
+    long.write_text("height\n" + "1.5\n" * 642)
+    empty.write_bytes(b"PK")
+    for file, options, message in (
+        (short, ["scalars"], "short.csv has 10 rows, but a.off has 642 vertices and 1,280 faces"),
+        (long, ["vectors"], "long.csv has no vectors; there are 'height'"),
+        (long, ["scalars", "--name", "age"], "long.csv has no scalars called 'age'; there are"),
+        (empty, ["scalars"], f"isomatch: {empty}: "),
+    ):
+        done = run("transfer", *blobs, file, "--what", *options, url=url)
+        assert (done.returncode, done.stdout) == (1, ""), done.stderr
+        assert message in done.stderr
+        assert "succeeded" not in done.stderr
 
 
 def test_two_meshes_are_matched_with_the_options_of_a_transfer(
