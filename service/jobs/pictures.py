@@ -22,6 +22,7 @@ from broker.contracts import (
     TransferPayload,
     View,
     export_refusal,
+    exports_of,
     is_prototype,
     no_alternative,
 )
@@ -252,10 +253,7 @@ def _check(service: Service, payload: PicturePayload) -> None:
         _refuse_options_of_matches(payload)
     known = record.kind.exports if payload.format != "png" else ("png",) * record.kind.has_picture
     if payload.format not in known:
-        what = "picture" if payload.format == "png" else f"{payload.format.upper()} file"
-        raise JobWithoutResult(
-            f"A job of kind {record.kind.value!r} has no {what}; ask for its result."
-        )
+        raise JobWithoutResult(_without(record, payload.format))
     packed = packed_result(service, payload.job)
     if payload.specimen is not None:
         _check_registered(record, packed, payload.specimen)
@@ -266,6 +264,15 @@ def _check(service: Service, payload: PicturePayload) -> None:
         # A table of vertices names shapes, and shows none.
         if payload.format != "csv":
             _check_match(service, record.payload)
+
+
+def _without(record: JobRecord, file_type: str) -> str:
+    """Say that a job has no file of a type, and which it has."""
+    kind = record.kind
+    what = "picture" if file_type == "png" else f"{file_type.upper()} file"
+    others = [*exports_of(record.payload), *["npz"] * kind.has_arrays, *["png"] * kind.has_picture]
+    there = "".join(f", .{one}" for one in others)
+    return f"A job of kind {kind.value!r} has no {what}; its result has .json{there}."
 
 
 def _check_carried(record: JobRecord) -> None:

@@ -55,6 +55,22 @@ def connected(url: str, as_json: bool = False) -> Iterator[Client]:
         raise typer.Exit(INTERRUPTED) from None
 
 
+class Left(typer.Exit):
+    """An exit after an error was reported.
+
+    Parameters
+    ----------
+    code
+        Exit code.
+    reason
+        The message, without the file it concerns.
+    """
+
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(code)
+        self.reason = reason
+
+
 def leave(error: Exception, as_json: bool = False, file: str | None = None) -> NoReturn:
     """Report an error, with the file it concerns, and exit."""
     message = _reason(error) if file is None else f"{file}: {_reason(error, file)}"
@@ -75,7 +91,7 @@ def leave(error: Exception, as_json: bool = False, file: str | None = None) -> N
         code = NO_SERVICE
     elif isinstance(error, JobFailed | JobCancelled):
         code = NO_RESULT
-    raise typer.Exit(code) from None
+    raise Left(code, _reason(error, file)) from None
 
 
 def _reason(error: Exception, file: str | None = None) -> str:
@@ -94,12 +110,12 @@ class Failures:
     ----------
     as_json
         Report errors as JSON.
-    names
-        As they were given.
+    reasons
+        Why, by their names as they were given.
     """
 
     as_json: bool
-    names: list[str] = field(default_factory=list)
+    reasons: dict[str, str] = field(default_factory=dict)
 
     @contextmanager
     def named(self, name: str) -> Iterator[None]:
@@ -111,13 +127,13 @@ class Failures:
                 raise
             except (IsomatchError, OSError, ValueError) as error:
                 leave(error, self.as_json, name)
-        except typer.Exit:
-            self.names.append(name)
+        except Left as left:
+            self.reasons[name] = left.reason
 
     def check(self) -> None:
         """Exit if anything has failed."""
-        if self.names:
-            raise typer.Exit(REFUSED)
+        if self.reasons:
+            raise Left(REFUSED, "; ".join(self.reasons.values()))
 
 
 def by_options(error: InvalidRequest) -> str:

@@ -77,7 +77,7 @@ class _Collection:
                         for job_id in job.job_ids:
                             echo_link(self.client.base_url, job_id, self.as_json)
                     self.pending.popleft()
-                    if specimen in self.failures.names:
+                    if specimen in self.failures.reasons:
                         job.cancel()
         finally:
             for _, job in self.pending:
@@ -185,6 +185,6 @@ def landmarks(
             echo_models(document_of(name, found) for name, found in output.found.items())
         elif output.found:
             print_landmarks(output.found, render.standard_output())
-        if failures.names and not as_json:
-            typer.echo(f"isomatch: no landmarks for {', '.join(failures.names)}", err=True)
+        if failures.reasons and not as_json:
+            typer.echo(f"isomatch: no landmarks for {', '.join(failures.reasons)}", err=True)
         failures.check()

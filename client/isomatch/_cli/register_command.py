@@ -1,5 +1,6 @@
 """``isomatch register``: a template registered to specimens."""
 
+import json
 from pathlib import Path
 from typing import Annotated
 
@@ -85,22 +86,27 @@ def register(
             if folder is None:
                 typer.echo(job.record.model_dump_json() if as_json else job.id)
             else:
-                found = _finish(job, folder, names, as_json)
+                found = _finish(job, folder, names, failures)
         failures.check()
         if found is not None and not all(one.registered for one in found.specimens):
             raise typer.Exit(REFUSED)
 
 
-def _finish(job: Job[Registration], folder: Path, names: list[str], as_json: bool) -> Registration:
-    """Wait for a registration, write its files, and print it."""
-    found = job.result(progress=not as_json)
-    with result_stays(job, as_json):
+def _finish(
+    job: Job[Registration], folder: Path, names: list[str], failures: Failures
+) -> Registration:
+    """Wait for a registration, write its files, and print it with the uploads that failed."""
+    found = job.result(progress=not failures.as_json)
+    with result_stays(job, failures.as_json):
         found.save_meshes(folder, names)
         job.save_picture(folder / PICTURE)
-    if as_json:
-        typer.echo(found.to_json())
+    if not failures.as_json:
+        print_registration(found, render.standard_output(), failures.reasons)
+    elif failures.reasons:
+        failed = [{"file": name, "detail": why} for name, why in failures.reasons.items()]
+        typer.echo(json.dumps(json.loads(found.to_json()) | {"failures": failed}))
     else:
-        print_registration(found, render.standard_output())
+        typer.echo(found.to_json())
     return found
 
 

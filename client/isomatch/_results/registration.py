@@ -186,8 +186,9 @@ class Registration(ArrayResult):
     def save_meshes(self, folder: str | os.PathLike[str], names: Sequence[str] = ()) -> list[Path]:
         """Write a PLY file for each registered specimen, ``mean.ply``, and the components.
 
-        ``components.npz`` has the arrays, ``scores.csv`` a row for each specimen: its name and its
-        coordinates in the components, which are empty if it was not registered.
+        ``components.npz`` has the arrays, ``scores.csv`` a row for each specimen: its name, its
+        coordinates in the components, the confidence, whether it is in doubt, and the reasons for
+        doubt. If it was not registered, all are empty but the reason.
 
         Parameters
         ----------
@@ -225,13 +226,23 @@ class Registration(ArrayResult):
         with table.open("w", encoding="utf-8", newline="") as file:
             rows = csv.writer(file, lineterminator="\n")
             numbers = range(1, len(self.components) + 1)
-            rows.writerow(("specimen", *(f"pc{number}" for number in numbers)))
+            scores = (f"pc{number}" for number in numbers)
+            rows.writerow(("specimen", *scores, "confidence", "in_doubt", "reasons"))
             for name, one in zip(named, self.specimens, strict=True):
-                rows.writerow((name, *(one.scores or [""] * len(self.components))))
+                scored = one.scores or [""] * len(self.components)
+                rows.writerow((name, *scored, *_confidence(one)))
         return [*paths, archive, table]
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         raise ValueError("a registration has no figure; job.picture() has one of the components")
+
+
+def _confidence(one: Specimen) -> tuple[float | str, str, str]:
+    """Confidence, whether the specimen is in doubt, as R and pandas read it, and the reasons."""
+    if one.confidence is None:
+        return "", "", f"not registered: {one.reason}"
+    doubted = str(one.confidence.in_doubt).lower()
+    return one.confidence.probability, doubted, "; ".join(one.confidence.reasons)
 
 
 def _line(one: Specimen) -> str:

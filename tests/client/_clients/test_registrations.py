@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ def test_registered_templates_are_arrays_and_files(
     ]
     rows = list(csv.reader(files[-1].read_text().splitlines()))
     assert [row[0] for row in rows] == ["specimen", "b", "a"]
-    assert rows[0][1:] == ["pc1"]
+    assert rows[0][1:] == ["pc1", "confidence", "in_doubt", "reasons"]
     np.testing.assert_array_equal(
         [float(row[1]) for row in rows[1:]], [one.scores[0] for one in found.specimens]
     )
@@ -87,12 +88,20 @@ def test_the_command_writes_a_file_for_each_specimen(
     assert names == {"b.ply", "mean.ply", "components.npz", "components.png", "scores.csv"}
     rows = (out / "scores.csv").read_text().splitlines()
     assert [row.split(",")[0] for row in rows] == ["specimen", "b", "coarse"]
-    assert not rows[2].removeprefix("coarse").strip(",")
+    assert rows[0].endswith(",confidence,in_doubt,reasons")
+    assert rows[1].split(",")[-2] in ("true", "false")
+    assert re.fullmatch("coarse,+not registered: .+", rows[2].replace('"', ""))
+    assert "letter.off" in done.stdout
+    assert "not uploaded: not an OFF file" in " ".join(done.stdout.split())
+    assert "distance" not in done.stdout
     opened: Any = trimesh.load(out / "b.ply", process=False)
     np.testing.assert_array_equal(opened.faces, FIRST.faces)
-    done = run("register", blobs[0], blobs[1], "-o", out, "--json", url=url)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(done.stdout)["specimens"][0]["flipped"] == 0
+    done = run("register", blobs[0], blobs[1], text, "-o", out, "--json", url=url)
+    assert (done.returncode, json.loads(done.stderr)["file"]) == (1, str(text))
+    document = json.loads(done.stdout)
+    assert document["specimens"][0]["flipped"] == 0
+    assert [one["file"] for one in document["failures"]] == [str(text)]
+    assert document["failures"][0]["detail"].startswith("not an OFF file")
 
 
 def test_the_command_leaves_the_job_to_run(
@@ -125,10 +134,13 @@ def test_the_result_is_printed_and_written_again(
         refused = run("jobs", "result", job.id, *wrong, url=url)
         assert refused.returncode == 2
         assert said in " ".join(refused.stderr.replace("│", " ").split())
+    table = run("jobs", "result", job.id, "-o", tmp_path / "b.csv", url=url)
+    there = "has no CSV file; its result has .json, .ply, .obj, .glb, .npz, .png."
+    assert (table.returncode, there in table.stderr) == (1, True)
     beyond = ("--registered", tmp_path / "c.ply", "--specimen", "1")
     assert run("jobs", "result", job.id, *beyond, url=url).returncode == 1
     (line,) = [line for line in done.stdout.splitlines() if "b.obj" in line]
-    assert line.split()[:2] == ["b.obj", other.id]
+    assert line.split()[:2] == ["b.obj", other.id[:8]]
     listed = run("jobs", "list", "--kind", "registration", url=url).stdout
     assert job.id in listed
     shown = " ".join(run("jobs", "show", job.id, url=url).stdout.split())
