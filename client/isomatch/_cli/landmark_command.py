@@ -186,5 +186,9 @@ def landmarks(
         elif output.found:
             print_landmarks(output.found, render.standard_output())
         if failures.reasons and not as_json:
-            typer.echo(f"isomatch: no landmarks for {', '.join(failures.reasons)}", err=True)
+            old = output.outdated(map(stem_of, failures.reasons))
+            remark = f"; of an earlier run: {', '.join(map(str, old))}" if old else ""
+            typer.echo(
+                f"isomatch: no landmarks for {', '.join(failures.reasons)}{remark}", err=True
+            )
         failures.check()

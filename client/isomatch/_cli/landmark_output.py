@@ -55,6 +55,14 @@ class LandmarkOutput:
         each = (*names,) if file_format in PER_SPECIMEN else ("landmarks",)
         return [f"{name}.{file_format}" for name in each]
 
+    def outdated(self, failed: Iterable[str]) -> list[Path]:
+        """Return files of an earlier run, which failed specimens have left as they were."""
+        one_each = self.file_format in PER_SPECIMEN
+        names = self.files(failed, self.file_format) if one_each or not self.found else []
+        if not self.found:
+            names = [*names, TABLE]
+        return [self.folder / name for name in names if (self.folder / name).is_file()]
+
     def add(self, name: str, landmarks: CarriedLandmarks) -> None:
         """Write the landmarks of a specimen, and append them to the files of all specimens."""
         first = not self.found

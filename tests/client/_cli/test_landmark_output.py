@@ -42,6 +42,14 @@ def test_files_of_all_specimens_are_complete_after_each(
         assert path.read_bytes() == at_once.read_bytes()
 
 
+def test_files_of_an_earlier_run_are_named(tmp_path: Path) -> None:
+    LandmarkOutput(tmp_path, "mrk.json", "LPS").add("a", FOUND["a"])
+    later = LandmarkOutput(tmp_path, "mrk.json", "LPS")
+    assert later.outdated(["a", "c"]) == [tmp_path / "a.mrk.json", tmp_path / TABLE]
+    later.add("b", FOUND["b"])
+    assert later.outdated(["a", "c"]) == [tmp_path / "a.mrk.json"]
+
+
 @pytest.mark.parametrize("file_format", ["tps", "txt", "mrk.json"])
 def test_each_specimen_is_written_once(file_format: LandmarkFormat, tmp_path: Path) -> None:
     output = LandmarkOutput(tmp_path, file_format, "LPS")

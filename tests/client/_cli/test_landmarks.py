@@ -59,6 +59,7 @@ def test_a_file_for_each_specimen_and_one_that_fails(
     assert "specimen" in done.stdout
     none = run("landmarks", blobs[0], template, broken, "-o", out, *QUICK, url=url)
     assert (none.returncode, none.stdout) == (1, "")
+    assert none.stderr.splitlines()[-1].endswith(f"; of an earlier run: {out / 'landmarks.csv'}")
     (link,) = [one for one in done.stderr.splitlines() if one.startswith("in a browser: ")]
     with isomatch.Client(url) as client:
         assert client.job(link.removeprefix(f"in a browser: {url}/#job=")).state == "succeeded"
