@@ -48,6 +48,7 @@ from isomatch._cli import (
     render,
     run,
     run_batch,
+    shapes,
     takes,
     transfer,
     uploaded,
@@ -87,6 +88,7 @@ def _common(
 
 app.add_typer(jobs)
 app.add_typer(prototypes)
+app.add_typer(shapes)
 
 
 @app.command(epilog=MATCH_EXAMPLES)
@@ -252,19 +254,6 @@ def structures(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
             typer.echo(found.model_dump_json())
         else:
             render.print_structures(found, render.standard_output())
-
-
-@app.command()
-def shapes(as_json: AsJson = False, quiet: Quiet = False, url: Url = DEFAULT_URL) -> None:
-    """List the uploaded shapes, newest first."""
-    with connected(url, as_json) as client:
-        if as_json:
-            echo_models(shape.model_dump_json() for shape in client.shapes())
-        elif quiet:
-            for shape in client.shapes():
-                typer.echo(shape.id)
-        else:
-            render.print_shapes(client.shapes(), render.standard_output())
 
 
 @app.command()

@@ -38,6 +38,7 @@ from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
 from isomatch._cli.register_command import register
 from isomatch._cli.serve import serve
+from isomatch._cli.shape_commands import shapes
 from isomatch._cli.transfer_command import transfer
 from isomatch._cli.uploads import class_of, named_upload, uploaded, usable
 
@@ -82,6 +83,7 @@ __all__ = [
     "run",
     "run_batch",
     "serve",
+    "shapes",
     "takes",
     "transfer",
     "uploaded",

@@ -68,7 +68,7 @@ _AFTER_CANCEL: Final[dict[JobState, str]] = {
 
 jobs = typer.Typer(
     name="jobs",
-    help="List, show, follow and cancel jobs, and fetch their results.",
+    help="List, show, follow and cancel jobs, and fetch or delete their results.",
     epilog=EXIT_CODES,
     no_args_is_help=True,
 )
@@ -181,4 +181,17 @@ def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> 
                     typer.echo(f"job {job.id} {_AFTER_CANCEL[job.state]}", err=True)
         if as_json:
             echo_models(records)
+        failures.check()
+
+
+@jobs.command()
+def delete(job_ids: JobIds, url: Url = DEFAULT_URL) -> None:
+    """Delete the results of jobs that have ended; the records of the jobs stay."""
+    with connected(url) as client:
+        failures = Failures(as_json=False)
+        for job_id in job_ids:
+            with failures.named(job_id):
+                job = job_given(client, job_id)
+                job.delete_result()
+                typer.echo(f"the result of job {job.id} is deleted", err=True)
         failures.check()

@@ -1,0 +1,48 @@
+"""``isomatch shapes``: the uploaded shapes."""
+
+from typing import Annotated
+
+import typer
+
+from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
+from isomatch._cli.job_runs import echo_models
+from isomatch._cli.options import AsJson, Quiet, Url
+from isomatch._cli.render import print_shapes, standard_error, standard_output
+from isomatch._http import DEFAULT_URL
+
+shapes = typer.Typer(name="shapes", epilog=EXIT_CODES, invoke_without_command=True)
+
+
+@shapes.callback()
+def list_shapes(
+    context: typer.Context,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """List the uploaded shapes, newest first, or delete some."""
+    if context.invoked_subcommand is not None:
+        return
+    with connected(url, as_json) as client:
+        if as_json:
+            echo_models(shape.model_dump_json() for shape in client.shapes())
+        elif quiet:
+            for shape in client.shapes():
+                typer.echo(shape.id)
+        else:
+            print_shapes(client.shapes(), standard_output())
+
+
+@shapes.command()
+def delete(
+    shape_ids: Annotated[list[str], typer.Argument(help="Ids of shapes.")],
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Delete shapes; their queued jobs will fail, results stay."""
+    with connected(url) as client:
+        failures = Failures(as_json=False)
+        for shape_id in shape_ids:
+            with failures.named(shape_id):
+                client.delete_shape(shape_id)
+                standard_error().print(f"shape {shape_id} is deleted")
+        failures.check()
