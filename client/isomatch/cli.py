@@ -39,6 +39,7 @@ from isomatch._cli import (
     maps,
     mcp,
     named_upload,
+    names_folder,
     names_prototype,
     output_given,
     output_option,
@@ -107,26 +108,26 @@ def match(
 ) -> None:
     """Match two meshes, or a prototype and a mesh, and print the correspondences.
 
-    With several targets the source is matched with each of them, as one job, and a summary is
-    printed. Parameters that are left out take the service's defaults.
+    With several targets, or a folder as --output, the source is matched with each of them, as one
+    job, and a summary is printed. Parameters that are left out take the service's defaults.
     """
     dense = bool(parameters.get("dense"))
     if view is not None and picture is None:
         raise typer.BadParameter("it needs --picture FILE", param_hint="--view")
-    check_outputs([source, *targets], wait, output, picture)
+    file = None if output is None else Path(output)
+    check_outputs([source, *targets], wait, file, picture)
     folder = None
-    if len(targets) > 1 or file_format is not None:
+    in_folder = output is not None and names_folder(output)
+    if len(targets) > 1 or file_format is not None or in_folder:
         if picture is not None:
-            message = "of several targets there are pictures by --output FOLDER --format png"
+            message = "in a folder there are pictures by --output FOLDER --format png"
             raise typer.BadParameter(message, param_hint="--picture")
         folder = MatchFolder.checked(output, source, targets, file_format, dense)
-    elif (
-        (file := output_given(output, MATCH_FORMATS)) is not None
-        and shows_dense_map(file)
-        and not dense
-    ):
-        message = f"{file.suffix} shows a map of all vertices; add --dense"
-        raise typer.BadParameter(message, param_hint="--output")
+    elif file is not None:
+        output_given(file, MATCH_FORMATS)
+        if shows_dense_map(file) and not dense:
+            message = f"{file.suffix} shows a map of all vertices; add --dense"
+            raise typer.BadParameter(message, param_hint="--output")
     with connected(url, as_json) as client:
         # The result of a single match, which is waited for, has the repairs.
         repairs = folder is not None or not wait
@@ -143,7 +144,7 @@ def match(
         run(
             lambda: client.match(first, second, **parameters),
             as_json,
-            output,
+            file,
             picture,
             wait=wait,
             page=client.base_url,

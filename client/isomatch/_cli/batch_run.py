@@ -10,7 +10,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED
 from isomatch._cli.job_runs import cancelled_by_interrupt
-from isomatch._cli.options import files_given, output_folder_given
+from isomatch._cli.options import files_given, names_folder, output_folder_given
 from isomatch._clients import Client, Job
 from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
 from isomatch._models import MatchParameters, Shape
@@ -36,7 +36,7 @@ class MatchFolder:
     @classmethod
     def checked(
         cls,
-        folder: Path | None,
+        output: str | None,
         source: str,
         targets: Sequence[str],
         file_format: str | None,
@@ -44,12 +44,14 @@ class MatchFolder:
     ) -> "MatchFolder":
         """Return the folder, made if it is missing, if all files can be written in it.
 
+        `output` is its name, which may end like that of a file if it exists or has a slash.
+
         Raises
         ------
         typer.BadParameter
             One cannot or is read by the command, or two targets have the same name.
         """
-        if folder is None:
+        if output is None:
             if file_format is not None:
                 _refuse("it needs --output FOLDER", "--format")
             return cls(None, "")
@@ -58,6 +60,13 @@ class MatchFolder:
             _refuse(f"{ending!r} is none of {', '.join(known)}", "--format")
         if ending in SURFACES and not dense:
             _refuse(f"{ending} shows a map of all vertices; add --dense", "--format")
+        folder = Path(output)
+        if folder.suffix[1:].lower() in known and not names_folder(output):
+            _refuse(
+                "several targets have a file each, and so has --format: name a folder, as in"
+                f" --output {folder.stem} --format {folder.suffix[1:].lower()}",
+                "--output",
+            )
         names = [Path(one).stem for one in targets]
         if len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)

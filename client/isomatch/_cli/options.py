@@ -1,5 +1,6 @@
 """Arguments and options that commands share, and their checks."""
 
+import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -20,6 +21,9 @@ _PROTOTYPE_ID = re.compile(r"p-[0-9a-f]{32}")
 
 WEIGHT_TOLERANCE: Final = 1e-3
 """Greatest error of a sum of weights, as in the service."""
+
+_SEPARATORS: Final = ("/", os.sep)
+"""Ends of the names of folders."""
 
 GivenT = TypeVar("GivenT", str, list[str])
 
@@ -61,13 +65,35 @@ def names_prototype(given: str) -> bool:
     return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()
 
 
+def file_named(given: str) -> Path:
+    """Return the path of a file; refuse the name of a folder, and "-"."""
+    if given.endswith(_SEPARATORS):
+        raise typer.BadParameter(f"{given!r} is a folder; name a file")
+    return Path(given)
+
+
+def names_folder(given: str) -> bool:
+    """Return whether a path ends like a folder's, or is one that exists."""
+    return given.endswith(_SEPARATORS) or Path(given).is_dir()
+
+
 def writable(given: Path | None) -> Path | None:
     """Return the name of a file to write, if its folder exists: checked before the work."""
+    if given is not None:
+        _refuse_dash(given)
     if given is not None and not given.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
     if given is not None and given.is_dir():
         raise typer.BadParameter(f"{str(given)!r} is a folder")
     return None if given is None else _permitted(given)
+
+
+def _refuse_dash(given: Path) -> None:
+    if str(given) == "-":
+        raise typer.BadParameter(
+            "the standard output takes no files: use --json for a result as JSON there, or name a"
+            " file"
+        )
 
 
 def _permitted(given: Path) -> Path:
@@ -169,6 +195,7 @@ Meshes = Annotated[
 
 def folder_given(given: Path) -> Path:
     """Refuse a file, a folder that cannot be written, and one in a folder that does not exist."""
+    _refuse_dash(given)
     if given.exists() and not given.is_dir():
         raise typer.BadParameter(f"{str(given)!r} is not a folder")
     if not given.parent.is_dir():
@@ -230,6 +257,8 @@ def output_option(*formats: str) -> Any:
     return typer.Option(
         "--output",
         "-o",
+        parser=file_named,
+        metavar="FILE",
         callback=checked,
         help=f"Write the result to this file: JSON{by_ending}.",
         rich_help_panel=OUTPUT,
@@ -252,13 +281,15 @@ def _either(formats: Sequence[str]) -> str:
 
 Output = Annotated[Path | None, output_option(*ENDINGS[1:])]
 MatchOutput = Annotated[
-    Path | None,
+    str | None,
     typer.Option(
         "--output",
         "-o",
+        metavar="PATH",
         help="Write the result to this file: JSON, or NPZ, CSV, PLY, OBJ or GLB by its ending. CSV"
         " has the matched points alone; JSON and NPZ have the map of all vertices of --dense, too."
-        " Of several targets, write a file for each to this folder, made if missing.",
+        " Of several targets, or if PATH is a folder or ends with /, write a file for each to this"
+        " folder, made if missing.",
         rich_help_panel=OUTPUT,
     ),
 ]

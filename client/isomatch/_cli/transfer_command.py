@@ -14,6 +14,7 @@ from isomatch._cli.options import (
     Url,
     Wait,
     check_outputs,
+    file_named,
     landmark_points,
     output_given,
     shapes_given,
@@ -70,6 +71,8 @@ Written = Annotated[
     typer.Option(
         "--output",
         "-o",
+        parser=file_named,
+        metavar="FILE",
         help="Write the result to this file: JSON, or, as the kind of values allows, NPZ, CSV, PLY,"
         " OBJ, GLB or ZIP by its ending.",
         rich_help_panel=OUTPUT,
