@@ -17,6 +17,7 @@ from isomatch._cli import (
     REGISTER_EXAMPLES,
     TRANSFER_EXAMPLES,
     AsJson,
+    Commands,
     Failures,
     FileFormat,
     MatchFolder,
@@ -62,6 +63,7 @@ from isomatch._operations.result_files import COMPARE_FORMATS, MATCH_FORMATS, sh
 
 app = typer.Typer(
     name="isomatch",
+    cls=Commands,
     help="Minimum-distortion correspondence of non-rigid shapes, computed by an isomatch service.",
     epilog=EXIT_CODES,
     no_args_is_help=True,

@@ -42,6 +42,7 @@ from isomatch._cli.serve import serve
 from isomatch._cli.shape_commands import shapes
 from isomatch._cli.transfer_command import transfer
 from isomatch._cli.uploads import class_of, named_upload, uploaded, usable
+from isomatch._cli.usage_errors import Commands
 
 __all__ = [
     "COMPARE_EXAMPLES",
@@ -53,6 +54,7 @@ __all__ = [
     "REGISTER_EXAMPLES",
     "TRANSFER_EXAMPLES",
     "AsJson",
+    "Commands",
     "Failures",
     "FileFormat",
     "MatchFolder",

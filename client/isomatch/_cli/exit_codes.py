@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final, NoReturn
+from urllib.parse import urlsplit
 
 import typer
 
@@ -17,6 +18,7 @@ from isomatch._errors import (
     IsomatchError,
     JobCancelled,
     JobFailed,
+    NotFound,
     ProblemError,
     Unauthorized,
     UnexpectedResponse,
@@ -29,14 +31,16 @@ _PARAMETERS: Final = frozenset(
 )
 
 REFUSED: Final = 1
+WRONG_USAGE: Final = 2
 NO_SERVICE: Final = 3
 NO_RESULT: Final = 4
 INTERRUPTED: Final = 130
 
 EXIT_CODES: Final = (
-    "Exit codes: 0 done, 1 refused or not possible, 2 wrong usage, 3 no service answers, "
-    "4 the job ended without a result, 130 interrupted. With --json the standard output is JSON "
-    "and nothing else, and an error is a problem document (RFC 9457) on the standard error."
+    "Exit codes: 0 done, 1 refused or not possible, 2 wrong usage or value of an option, "
+    "3 no service answers, 4 the job ended without a result, 130 interrupted. With --json the "
+    "standard output is JSON and nothing else, and an error is a problem document (RFC 9457) on "
+    "the standard error."
 )
 
 
@@ -49,7 +53,7 @@ def connected(url: str, as_json: bool = False) -> Iterator[Client]:
     except BrokenPipeError:
         raise  # the reader of the output has closed it; typer exits quietly
     except (IsomatchError, OSError, ValueError) as error:
-        leave(error, as_json)
+        leave(error, as_json, url=url)
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -71,8 +75,10 @@ class Left(typer.Exit):
         self.reason = reason
 
 
-def leave(error: Exception, as_json: bool = False, file: str | None = None) -> NoReturn:
-    """Report an error, with the file it concerns, and exit."""
+def leave(
+    error: Exception, as_json: bool = False, file: str | None = None, url: str = ""
+) -> NoReturn:
+    """Report an error, with the file it concerns and advice on the address, and exit."""
     message = _reason(error) if file is None else f"{file}: {_reason(error, file)}"
     if isinstance(error, InvalidRequest) and not as_json:
         message = by_options(error)
@@ -80,6 +86,8 @@ def leave(error: Exception, as_json: bool = False, file: str | None = None) -> N
         message += " (start a service with `isomatch serve`, or give its address with --url)"
     if isinstance(error, Unauthorized):
         message += " (set the environment variable ISOMATCH_API_KEY)"
+    if (path := urlsplit(url).path.strip("/")) and _is_elsewhere(error):
+        message += f" (is /{path} part of the address? --url is that of the service alone)"
     if as_json:
         document = problem_document(error, message)
         named = {} if file is None else {"file": file}
@@ -91,7 +99,15 @@ def leave(error: Exception, as_json: bool = False, file: str | None = None) -> N
         code = NO_SERVICE
     elif isinstance(error, JobFailed | JobCancelled):
         code = NO_RESULT
+    elif refuses_option(error):
+        code = WRONG_USAGE
     raise Left(code, _reason(error, file)) from None
+
+
+def _is_elsewhere(error: Exception) -> bool:
+    """Return whether there is no API at the address."""
+    absent = isinstance(error, NotFound) and error.type == "urn:isomatch:problem:not-found"
+    return absent or isinstance(error, UnexpectedResponse)
 
 
 def _reason(error: Exception, file: str | None = None) -> str:
@@ -119,13 +135,18 @@ class Failures:
 
     @contextmanager
     def named(self, name: str) -> Iterator[None]:
-        """Report what fails, with its name; but without a service nothing can succeed."""
+        """Report what fails, with its name.
+
+        Without a service, or with a wrong option, nothing can succeed.
+        """
         try:
             try:
                 yield
             except (ConnectionFailed, UnexpectedResponse, Unauthorized, BrokenPipeError):
                 raise
             except (IsomatchError, OSError, ValueError) as error:
+                if refuses_option(error):
+                    raise
                 leave(error, self.as_json, name)
         except Left as left:
             self.reasons[name] = left.reason
@@ -134,6 +155,15 @@ class Failures:
         """Exit if anything has failed."""
         if self.reasons:
             raise Left(REFUSED, "; ".join(self.reasons.values()))
+
+
+def refuses_option(error: Exception) -> bool:
+    """Return whether the service refuses values of options, and nothing else."""
+    return (
+        isinstance(error, InvalidRequest)
+        and bool(error.errors)
+        and all(_option(one.field) != one.field for one in error.errors)
+    )
 
 
 def by_options(error: InvalidRequest) -> str:

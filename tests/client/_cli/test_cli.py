@@ -211,7 +211,8 @@ def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Pat
     ]
     for command in commands:
         done = run(*command, url=url)
-        assert (done.returncode, done.stdout) == (1, "")
+        refused_option = command[0] == "match" and len(command) > 3
+        assert (done.returncode, done.stdout) == (2 if refused_option else 1, "")
         last = done.stderr.splitlines()[-1]
         assert last.startswith("isomatch: "), done.stderr
         assert "Traceback" not in done.stderr
@@ -414,10 +415,84 @@ def test_files_of_transfers_are_those_of_the_service(what: TransferKind) -> None
 
 def test_refusals_are_problem_documents_with_json(url: str, blobs: tuple[Path, Path]) -> None:
     done = run("match", *blobs, "--points", "2", "--json", url=url)
-    assert (done.returncode, done.stdout) == (1, "")
+    assert (done.returncode, done.stdout) == (2, "")
     problem = json.loads(done.stderr)
     assert (problem["type"], problem["status"]) == ("urn:isomatch:problem:invalid-request", 422)
     assert [wrong["field"] for wrong in problem["errors"]] == ["body.points"]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (["match"], "Missing argument"),
+        (["shapes", "--colour"], "No such option: --colour"),
+        (["match", __file__, "nothing.off"], "'nothing.off' is neither a file nor the id"),
+        (["compare", __file__, __file__, "-o", "-"], "use --json for a result as JSON there"),
+    ],
+)
+def test_wrong_usage_is_a_problem_document_with_json(command: list[str], message: str) -> None:
+    done = run(*command, "--json", url="http://127.0.0.1:9")
+    assert (done.returncode, done.stdout) == (2, "")
+    problem = json.loads(done.stderr)
+    assert (problem["type"], problem["title"]) == ("urn:isomatch:client:wrong-usage", "Wrong usage")
+    assert message in problem["detail"]
+
+
+def test_shapes_and_results_are_deleted(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
+    mine = tmp_path / "mine.off"
+    mine.write_bytes(blobs[0].read_bytes() + b"# mine\n")
+    shape = run("upload", mine, "-q", url=url).stdout.strip()
+    done = run("match", shape, blobs[1], *QUICK, "--json", url=url)
+    assert done.returncode == 0, done.stderr
+    (job,) = run("jobs", "list", "--of", shape, "-q", url=url).stdout.split()
+    deleted = run("jobs", "delete", job[:8], "nothing", url=url)
+    assert (deleted.returncode, deleted.stdout) == (1, "")
+    assert deleted.stderr.splitlines()[0] == f"the result of job {job} is deleted"
+    assert run("jobs", "result", job, url=url).returncode == 1
+    deleted = run("shapes", "delete", "0" * 32, shape, url=url)
+    assert (deleted.returncode, deleted.stdout) == (1, "")
+    assert f"shape {shape} is deleted" in deleted.stderr
+    assert shape not in run("shapes", "-q", url=url).stdout.split()
+
+
+def test_an_address_with_a_path_is_explained(url: str) -> None:
+    done = run("shapes", "--url", f"{url}/docs", url=url)
+    assert done.returncode != 0
+    assert "is /docs part of the address? --url is that of the service alone" in done.stderr
+
+
+def test_a_slash_or_a_folder_that_exists_takes_a_file_for_each_target(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    for name in ("new/", "there"):
+        (tmp_path / "there").mkdir(exist_ok=True)
+        done = run("match", *blobs, *QUICK, "-o", f"{tmp_path}/{name}", url=url)
+        assert done.returncode == 0, done.stderr
+        assert [file.name for file in (tmp_path / name).iterdir()] == ["b.json"]
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("match {0} {1} {0} -o x.json", "name a folder, as in --output x --format json"),
+        ("match {0} {1} -o -", "use --json for a result as JSON there"),
+        ("match {0} {1} --picture -", "pictures are PNG files"),
+        ("compare {0} {1} -o new/", "'new/' is a folder; name a file"),
+        ("register {0} {1} -o -", "use --json"),
+    ],
+)
+def test_outputs_that_are_no_place_for_results_are_refused(
+    blobs: tuple[Path, Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run(*command.format(*blobs).split(), url="http://127.0.0.1:9")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in " ".join(done.stderr.replace("│", " ").split())
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_errors_of_the_client_have_titles_in_words() -> None:
@@ -450,7 +525,6 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
         ["match", tmp_path / "a.off", tmp_path / "b.off"],
         ["match", __file__, "p-" + 32 * "0"],
         ["match", __file__, __file__, "-o", nowhere],
-        ["match", __file__, __file__, "-o", tmp_path],
         ["match", __file__, __file__, "--picture", nowhere.with_suffix(".png")],
         ["match", __file__, __file__, "--picture", tmp_path / "match.jpg"],
         ["match", __file__, __file__, "--picture", tmp_path / "match.png", "--view", "up"],
@@ -523,6 +597,8 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
         ]
     for commands, wrong in refused:
         for command, path in itertools.product(commands, wrong):
+            if path.is_dir() and command is files[0]:
+                continue  # a folder of matches
             done = run(*command, path, url="http://127.0.0.1:9")
             assert (done.returncode, done.stdout) == (2, ""), (command, path, done.stderr)
             said = " ".join(done.stderr.replace("│", " ").split())

@@ -145,6 +145,9 @@ def test_landmarks_that_are_all_far_are_refused_before_anything_is_matched(
 def test_wrong_usage(url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path) -> None:
     a, b = blobs
     out = tmp_path / "out"
+    partial = run("landmarks", a, template, b, "-o", out, "--partial", "yes", url=url)
+    assert (partial.returncode, "--partial: " in partial.stderr) == (2, True)
+    out.rmdir()
     for arguments in (
         [a, template, "-o", out],
         [a, template, b],

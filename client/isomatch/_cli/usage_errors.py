@@ -1,0 +1,37 @@
+"""Errors of usage with ``--json``: problem documents, as all other errors."""
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any, Final, NoReturn
+
+import typer
+from typer.core import TyperGroup
+
+# typer exports no base class of its errors of usage; it has had a click of its own since 0.26.
+_UsageError: Final[Any] = typer.BadParameter.__base__
+
+
+class Commands(TyperGroup):
+    """The commands; with ``--json`` an error of usage is a problem document."""
+
+    def main(self, args: Sequence[str] | None = None, *others: Any, **named: Any) -> Any:
+        """Run a command line, as the class above does."""
+        words = sys.argv[1:] if args is None else args
+        if "--json" not in words:
+            return super().main(args, *others, **named)
+        try:
+            code = super().main(args, *others, **named | {"standalone_mode": False})
+        except _UsageError as error:
+            _report(error)
+        sys.exit(code or 0)
+
+
+def _report(error: Any) -> NoReturn:
+    document = {
+        "type": "urn:isomatch:client:wrong-usage",
+        "title": "Wrong usage",
+        "detail": " ".join(error.format_message().split()),
+    }
+    typer.echo(json.dumps(document), err=True)
+    sys.exit(error.exit_code)
