@@ -16,6 +16,7 @@ from isomatch._cli.options import (
     Url,
     Wait,
     check_outputs,
+    file_named,
     output_option,
     writable,
 )
@@ -108,7 +109,13 @@ def show(prototype_id: PrototypeId, as_json: AsJson = False, url: Url = DEFAULT_
 def download(
     prototype_id: PrototypeId,
     path: Annotated[
-        Path, typer.Argument(callback=writable, help="The NumPy file (.npz) to write.")
+        Path,
+        typer.Argument(
+            parser=file_named,
+            metavar="FILE",
+            callback=writable,
+            help="The NumPy file (.npz) to write.",
+        ),
     ],
     url: Url = DEFAULT_URL,
 ) -> None:

@@ -478,6 +478,7 @@ def test_a_slash_or_a_folder_that_exists_takes_a_file_for_each_target(
         ("match {0} {1} -o -", "use --json for a result as JSON there"),
         ("match {0} {1} --picture -", "pictures are PNG files"),
         ("compare {0} {1} -o new/", "'new/' is a folder; name a file"),
+        ("prototype download p-0 new/", "'new/' is a folder; name a file"),
         ("register {0} {1} -o -", "use --json"),
     ],
 )
