@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Final
 
 from isomatch._models import Attributes, AttributeSummary, Shape
@@ -54,14 +53,6 @@ class Carried:
     on: Element | None
     names: Sequence[str]
     points: Sequence[int | Mapping[str, Sequence[float]]]
-
-    def own_file(self, meshes: Sequence[str]) -> str | None:
-        """Return the mesh that has the values itself, if it can be uploaded as a file of values."""
-        mesh = meshes[self.back]
-        # Colours are those of a texture, too, which files of values do not have.
-        of_file = self.kind in READ and self.kind != "colors" and self.file is None
-        readable = Path(mesh).suffix.lower().removeprefix(".") in READ.get(self.kind, ())
-        return mesh if of_file and readable and Path(mesh).is_file() else None
 
     def check_shapes(self, source: Shape, target: Shape) -> None:
         """Refuse what the shape that it is carried from does not have.

@@ -79,7 +79,6 @@ Written = Annotated[
     ),
 ]
 
-
 _OF_VALUES: Final = ("--name", "--on")
 
 TAKEN: Final[Mapping[TransferKind, tuple[str, ...]]] = {
@@ -91,7 +90,6 @@ TAKEN: Final[Mapping[TransferKind, tuple[str, ...]]] = {
     "landmarks": ("--point",),
 }
 """Options that a kind takes; what is not here takes none of them."""
-
 
 MATCHING: Final = tuple(
     one for one in MATCH if one.name in ("partial", "landmarks", "largest_component")
@@ -201,9 +199,9 @@ def _matched(
     source, target = uploaded(client, meshes, as_json)
     carried.check_shapes(source, target)
     values = None
-    if (file := carried.file or carried.own_file(meshes)) is not None:
-        with named_upload(file, as_json):
-            values = client.upload_attributes(file)
+    if carried.file is not None:
+        with named_upload(carried.file, as_json):
+            values = client.upload_attributes(carried.file)
         carried.check_values(values, source, target)
     parameters["dense"] = True
     with cancelled_by_interrupt(
