@@ -355,7 +355,6 @@ def test_wrong_points_are_refused_before_anything_is_sent(
         (["--what", "uv"], "a.off has no texture coordinates"),
         (["--what", "skinning"], "a.off has no skinning weights: give a file of them"),
         (["--what", "labels"], "a.off has no labels: give a file of them"),
-        (["--what", "labels", "--back"], "b.obj"),
     ],
 )
 def test_what_a_shape_does_not_have_is_missed_before_it_is_matched(
