@@ -23,7 +23,7 @@ from obstore.store import S3Store
 from broker.blobs.blob_store import BlobEntry
 from broker.blobs.errors import BlobLost, BlobsAway, BlobsFull
 
-_IN_MEMORY: Final = 8 * 1024**2
+_IN_MEMORY: Final = 1024**2
 """Bytes of a blob up to which it is read into memory; a larger one goes into a temporary file."""
 
 _REQUEST_SECONDS: Final = 60.0

@@ -34,8 +34,8 @@ _FIELD: Final = "blob"
 _NAME: Final = re.compile(r"[A-Za-z0-9._:-]+")
 """Keys whose blobs have a path: file systems and servers agree on these characters."""
 
-_PIECE: Final = 1024**2
-"""Bytes that are read at a time."""
+_PIECE: Final = 256 * 1024
+"""Bytes that are read at a time; of each answer that is sent, one or two pieces are in memory."""
 
 _MARK: Final = "owner/id"
 """Path of the blob that names the Redis of this blob store."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import cast
+from typing import BinaryIO, cast
 
 from redis.client import Pipeline
 
@@ -45,10 +45,15 @@ class Prototypes(RecordStore[PrototypeRecord]):
         self.use(prototype_id)
         return self.blobs.get(self.keys.prototype_archive(prototype_id))
 
-    def geometry(self, prototype_id: str) -> bytes | None:
-        """Return the points and a surface of a prototype, JSON in gzip, and keep it for longer."""
+    def open_archive(self, prototype_id: str) -> BinaryIO | None:
+        """Return the archive of a prototype, npz, as a file, and extend its life."""
         self.use(prototype_id)
-        return self.blobs.get(self.keys.prototype_geometry(prototype_id))
+        return self.blobs.open(self.keys.prototype_archive(prototype_id))
+
+    def open_geometry(self, prototype_id: str) -> BinaryIO | None:
+        """Return the points and a surface of a prototype, JSON in gzip, and extend its life."""
+        self.use(prototype_id)
+        return self.blobs.open(self.keys.prototype_geometry(prototype_id))
 
     def page(
         self, limit: int, cursor: str | None, name: str | None = None

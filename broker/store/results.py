@@ -39,6 +39,10 @@ class Results:
         """Return the result of a job, JSON in gzip."""
         return self.blobs.get(self.keys.job_result(job_id))
 
+    def open_document(self, job_id: str) -> BinaryIO | None:
+        """Return the result of a job, JSON in gzip, as a file."""
+        return self.blobs.open(self.keys.job_result(job_id))
+
     def kept(self, job_ids: Sequence[str]) -> set[str]:
         """Return those of some jobs whose results are still kept."""
         with self.client.pipeline(transaction=False) as pipe:

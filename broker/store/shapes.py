@@ -53,9 +53,10 @@ class Shapes(RecordStore[ShapeRecord]):
         """Return the mesh of a shape, npz, and extend its life."""
         return self._used(shape_id, self.keys.shape_mesh(shape_id))
 
-    def geometry(self, shape_id: str) -> bytes | None:
-        """Return the geometry of a shape for the page, gzip, and extend its life."""
-        return self._used(shape_id, self.keys.shape_geometry(shape_id))
+    def open_geometry(self, shape_id: str) -> BinaryIO | None:
+        """Return the geometry of a shape for the page, gzip, as a file, and extend its life."""
+        self.use(shape_id)
+        return self.blobs.open(self.keys.shape_geometry(shape_id))
 
     def page(self, limit: int, cursor: str | None) -> Page[ShapeRecord]:
         """Return one page of all shapes, the newest first.

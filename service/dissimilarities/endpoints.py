@@ -1,6 +1,7 @@
 """``/v1/dissimilarities``."""
 
 import gzip
+import io
 import json
 from collections.abc import Mapping
 from typing import Final
@@ -103,7 +104,7 @@ def get_dissimilarities(
         "pairs": number_of_pairs(count),
         "pairs_done": done,
     }
-    return json_answer(packed_document(fields, matrix), accept_encoding)
+    return json_answer(io.BytesIO(packed_document(fields, matrix)), accept_encoding)
 
 
 def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matrix, int]:

@@ -1,11 +1,16 @@
 """Content negotiation of gzip, and conditional requests (RFC 9110, sections 12.5.3 and 13.1.2)."""
 
 import gzip
+import os
 import re
 from collections.abc import Mapping
-from typing import Annotated, Final
+from typing import Annotated, BinaryIO, Final, cast
 
-from fastapi import Header, Response
+from fastapi import Header
+from fastapi.responses import StreamingResponse
+
+from broker.store import pieces
+from service.http.file_responses import file_response, pieces_response
 
 _REFUSED: Final = re.compile(r"q=0(\.0{0,3})?")
 
@@ -13,14 +18,19 @@ AcceptEncoding = Annotated[str, Header(include_in_schema=False)]
 
 
 def gzip_response(
-    packed: bytes, media_type: str, accept_encoding: str, headers: Mapping[str, str] | None = None
-) -> Response:
+    packed: BinaryIO,
+    media_type: str,
+    accept_encoding: str,
+    headers: Mapping[str, str] | None = None,
+) -> StreamingResponse:
     """Return an answer stored in gzip, decompressed for clients that do not accept gzip.
+
+    Of the body, packed or not, a piece at a time is in memory.
 
     Parameters
     ----------
     packed
-        The body in gzip.
+        A file of one gzip member of less than 4 GiB, which is closed in the end.
     media_type
         Media type of the decompressed body.
     accept_encoding
@@ -30,8 +40,18 @@ def gzip_response(
     """
     every = {"Vary": "Accept-Encoding", **(headers or {})}
     if _takes_gzip(accept_encoding):
-        return Response(packed, media_type=media_type, headers=every | {"Content-Encoding": "gzip"})
-    return Response(gzip.decompress(packed), media_type=media_type, headers=every)
+        return file_response(packed, media_type, every | {"Content-Encoding": "gzip"})
+    size = _unpacked_size(packed)
+    unpacked = pieces(cast(BinaryIO, gzip.GzipFile(fileobj=packed)))
+    return pieces_response(unpacked, size, packed, media_type, every)
+
+
+def _unpacked_size(packed: BinaryIO) -> int:
+    # The last field of a gzip member (RFC 1952, section 2.3.1).
+    packed.seek(-4, os.SEEK_END)
+    size = int.from_bytes(packed.read(4), "little")
+    packed.seek(0)
+    return size
 
 
 def _takes_gzip(accept_encoding: str) -> bool:

@@ -2,7 +2,14 @@
 
 from service.jobs import endpoints, pictures, results
 from service.jobs.followed import Event, FollowedJobs, Name
-from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, stored_job
+from service.jobs.lookup import (
+    JobId,
+    job_with_result,
+    json_answer,
+    open_result,
+    packed_result,
+    stored_job,
+)
 from service.jobs.pictures import NEEDED, presented
 from service.jobs.requests import (
     IdempotencyKey,
@@ -33,6 +40,7 @@ __all__ = [
     "answers",
     "job_with_result",
     "json_answer",
+    "open_result",
     "packed_result",
     "presented",
     "requested_job",

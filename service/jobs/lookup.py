@@ -1,6 +1,6 @@
 """Jobs as requests name them, and their stored results."""
 
-from typing import Annotated
+from typing import Annotated, BinaryIO
 
 from fastapi import Path, Response
 
@@ -75,7 +75,13 @@ def check_ended(record: JobRecord) -> None:
 
 
 def packed_result(service: Service, job_id: str) -> bytes:
-    """Return the result of a job that has ended, JSON in gzip.
+    """Return the result of a job as :func:`open_result` does, in memory."""
+    with open_result(service, job_id) as packed:
+        return packed.read()
+
+
+def open_result(service: Service, job_id: str) -> BinaryIO:
+    """Return the result of a job that has ended, JSON in gzip, as a file.
 
     Raises
     ------
@@ -83,7 +89,7 @@ def packed_result(service: Service, job_id: str) -> bytes:
         There is no such result.
     """
     check_ended(job_with_result(service, job_id))
-    packed = service.store.results.document(job_id)
+    packed = service.store.results.open_document(job_id)
     if packed is None:
         raise result_expired()
     return packed
@@ -94,6 +100,6 @@ def result_expired() -> ResultExpired:
     return ResultExpired("The result is no longer kept; request the same job again.")
 
 
-def json_answer(packed: bytes, accept_encoding: str) -> Response:
+def json_answer(packed: BinaryIO, accept_encoding: str) -> Response:
     """Return an answer of JSON in gzip, decompressed for clients that do not accept gzip."""
     return gzip_response(packed, "application/json", accept_encoding)

@@ -35,7 +35,7 @@ from service.jobs.lookup import (
     check_ended,
     job_with_result,
     json_answer,
-    packed_result,
+    open_result,
     result_expired,
 )
 
@@ -71,7 +71,7 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
     It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, what a
     transfer carried, a template registered to specimens, or consistent maps of a collection.
     """
-    return json_answer(packed_result(service, job_id), accept_encoding)
+    return json_answer(open_result(service, job_id), accept_encoding)
 
 
 @router.delete(

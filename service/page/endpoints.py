@@ -1,5 +1,6 @@
 """``/`` and ``/page``: the files of the page, whose scripts use the API under ``/v1``."""
 
+import io
 from pathlib import PurePosixPath
 from typing import Annotated, Final
 
@@ -59,4 +60,4 @@ def _answer(path: str, accept_encoding: str, if_none_match: str) -> Response:
     headers = {**_HEADERS, "ETag": file.etag, "Cache-Control": caching, "Vary": "Accept-Encoding"}
     if etag_matches(if_none_match, file.etag):
         return Response(status_code=304, headers=headers)
-    return gzip_response(file.packed, file.media_type, accept_encoding, headers)
+    return gzip_response(io.BytesIO(file.packed), file.media_type, accept_encoding, headers)

@@ -24,6 +24,7 @@ from service.http import (
     UnusablePrototype,
     attachment,
     binary_file,
+    file_response,
     gzip_response,
     responses,
 )
@@ -90,11 +91,10 @@ def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
 
     Uploaded again, here or elsewhere, it is the same prototype with the same id.
     """
-    data = service.store.prototypes.archive(prototype)
-    if data is None:
+    file = service.store.prototypes.open_archive(prototype)
+    if file is None:
         raise PROTOTYPES.missing(service, prototype)
-    headers = attachment(prototype, "npz")
-    return Response(data, media_type="application/octet-stream", headers=headers)
+    return file_response(file, "application/octet-stream", attachment(prototype, "npz"))
 
 
 @router.get(
@@ -109,7 +109,7 @@ def get_prototype_geometry(
     prototype: PrototypeId, service: ServiceOf, accept_encoding: AcceptEncoding = ""
 ) -> Response:
     """Return where the points of a prototype lie, with a surface to draw them on."""
-    packed = service.store.prototypes.geometry(prototype)
+    packed = service.store.prototypes.open_geometry(prototype)
     if packed is not None:
         return gzip_response(packed, "application/json", accept_encoding)
     if service.store.prototypes.get(prototype) is None:

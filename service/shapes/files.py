@@ -80,7 +80,7 @@ def get_geometry(
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
     if etag_matches(if_none_match or "", etag):
         return Response(status_code=304, headers=headers)
-    packed = service.store.shapes.geometry(shape)
+    packed = service.store.shapes.open_geometry(shape)
     if packed is None and service.store.shapes.get(shape) is None:
         raise SHAPES.missing(service, shape)  # deleted in the meantime
     if packed is None:

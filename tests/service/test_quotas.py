@@ -105,8 +105,8 @@ def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> Non
     store = shared.store.of("small")
     before = store.quotas.bytes()
     first = sent(ann, 230).json()["id"]
-    parts = (store.shapes.upload(first), store.shapes.mesh(first), store.shapes.geometry(first))
-    size = sum(len(part) for part in parts if part is not None)
+    keys = (store.keys.shape_upload, store.keys.shape_mesh, store.keys.shape_geometry)
+    size = sum(len(store.blobs.get(key(first)) or b"") for key in keys)
     assert store.quotas.bytes() - before == size
     quotas(shared).set(bytes=before + size + len(blob_file(2, 231)))
     # The upload would fit, but not with what is made of it.

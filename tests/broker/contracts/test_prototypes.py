@@ -111,7 +111,7 @@ def test_what_belongs_to_a_name_outlives_what_has_it(
         DEFAULT_KEYS.prototypes_named("a"),
         DEFAULT_KEYS.prototype_versions("a"),
     )
-    for use in (prototypes.use, prototypes.archive, prototypes.geometry):
+    for use in (prototypes.use, prototypes.open_archive, prototypes.open_geometry):
         for key in (*kept, *longer):
             store.client.expire(key, 10)
         assert prototypes.get("p-1") is not None
