@@ -22,6 +22,10 @@ UPLOADS_AT_ONCE: Final = 4
 """Uploads in memory at a time; others wait in temporary files. One may have 256 MiB, and takes
 twice that while it is stored."""
 
+DOCUMENTS_AT_ONCE: Final = 2
+"""Large documents prepared at a time. The dissimilarities of 2000 shapes take seconds of CPU and
+some 40 MB."""
+
 
 @dataclass(frozen=True)
 class Service:
@@ -43,6 +47,8 @@ class Service:
         Metrics for Prometheus.
     uploading
         Held while an upload is in memory.
+    preparing
+        Held while a large document is prepared.
     """
 
     settings: Settings
@@ -52,6 +58,9 @@ class Service:
     closing: asyncio.Event = field(default_factory=asyncio.Event)
     metrics: CollectorRegistry = field(default_factory=CollectorRegistry)
     uploading: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(UPLOADS_AT_ONCE))
+    preparing: asyncio.Semaphore = field(
+        default_factory=lambda: asyncio.Semaphore(DOCUMENTS_AT_ONCE)
+    )
 
     def of(self, tenant: str) -> Self:
         """Return the service as a tenant sees it."""

@@ -1,12 +1,10 @@
 """``/v1/dissimilarities``."""
 
-import gzip
-import io
-import json
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Iterator, Mapping
+from typing import BinaryIO, Final
 
 from fastapi import APIRouter, Response
+from starlette.concurrency import run_in_threadpool
 
 from broker.contracts import (
     PAIRS,
@@ -19,10 +17,11 @@ from broker.contracts import (
 from broker.queue import new_job
 from service.dependencies import Service, ServiceOf
 from service.dissimilarities.partial import (
-    Matrix,
-    known_matrix,
+    known_pairs,
     number_of_pairs,
     packed_document,
+    stored_matrix,
+    written_matrix,
 )
 from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissimilarities
 from service.http import (
@@ -41,7 +40,7 @@ from service.jobs import (
     answers,
     job_with_result,
     json_answer,
-    packed_result,
+    open_result,
     requested_job,
 )
 from service.shapes import (
@@ -86,10 +85,16 @@ def create_dissimilarities(
     responses=responses(JobNotFound, JobExpired, JobWithoutResult, ResultExpired, InvalidRequest),
     operation_id="get_dissimilarities",
 )
-def get_dissimilarities(
+async def get_dissimilarities(
     job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = ""
 ) -> Response:
     """Return the dissimilarities known so far of a job that compares shapes."""
+    async with service.preparing:
+        document = await run_in_threadpool(_document, service, job_id)
+    return json_answer(document, accept_encoding)
+
+
+def _document(service: Service, job_id: str) -> BinaryIO:
     record = job_with_result(service, job_id)
     payload = record.payload
     if not isinstance(payload, DissimilaritiesPayload):
@@ -104,11 +109,13 @@ def get_dissimilarities(
         "pairs": number_of_pairs(count),
         "pairs_done": done,
     }
-    return json_answer(io.BytesIO(packed_document(fields, matrix)), accept_encoding)
+    return packed_document(fields, matrix)
 
 
-def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matrix, int]:
+def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Iterator[bytes], int]:
     """Return the dissimilarities of a job known so far, and the number of pairs known.
+
+    The former are a matrix as JSON, in pieces, null for what is not known.
 
     Parameters
     ----------
@@ -131,13 +138,13 @@ def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matri
         size = _size(counts.size, counts.stage, found, count)
         forgotten = counts.stage == RESULT or (counts.done > 0 and counts.stage == PAIRS)
         if found or (counts.stage and not forgotten):
-            return known_matrix(count, size, found.items())
+            values = known_pairs(count, size, found)
+            return written_matrix(count, values), sum(map(len, found.values())) // values.itemsize
         # It has ended a moment ago, or no part of it has begun.
         record = job_with_result(service, record.id)
     if record.state is JobState.SUCCEEDED:
-        matrix: Matrix = json.loads(gzip.decompress(packed_result(service, record.id)))["matrix"]
-        return matrix, number_of_pairs(count)
-    return known_matrix(count, 1, ())
+        return stored_matrix(open_result(service, record.id)), number_of_pairs(count)
+    return written_matrix(count, known_pairs(count, 1, {})), 0
 
 
 def _size(size: int, stage: str, found: Mapping[int, bytes], count: int) -> int:

@@ -1,14 +1,22 @@
 """The dissimilarities that are known while a collection is still compared."""
 
 import gzip
-import io
 import json
+import math
 import sys
 from array import array
-from collections.abc import Iterable, Mapping
-from itertools import combinations, islice
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack
+from tempfile import SpooledTemporaryFile
+from typing import BinaryIO, Final, cast
 
-Matrix = list[list[float | None]]
+from service.http import unpacked
+
+_MATRIX: Final = b'"matrix":[['
+"""Begins the matrix of a stored result. No text has it: quotes in texts are escaped."""
+
+_IN_MEMORY: Final = 256 * 1024
+"""Bytes of a document up to which it stays in memory; a larger one goes into a temporary file."""
 
 
 def number_of_pairs(count: int) -> int:
@@ -16,60 +24,90 @@ def number_of_pairs(count: int) -> int:
     return count * (count - 1) // 2
 
 
-def known_matrix(count: int, size: int, parts: Iterable[tuple[int, bytes]]) -> tuple[Matrix, int]:
-    """Put parts of the pairs into a matrix.
+def known_pairs(count: int, size: int, parts: Mapping[int, bytes]) -> "array[float]":
+    """Return the dissimilarities of all pairs i < j in lexicographic order, NaN if not known.
 
     Parameters
     ----------
     count
         Number K of shapes.
     size
-        Pairs of a part; the pairs i < j are in lexicographic order.
+        Pairs of a part.
     parts
-        Number of each part that is done, and its dissimilarities, float64, little end first.
-
-    Returns
-    -------
-    matrix, done
-        K rows of K, None for what is not known, and how many pairs are.
+        Dissimilarities of the parts that are done, float64, little end first, by number.
     """
-    matrix: Matrix = [[None] * count for _ in range(count)]
-    for place, row in enumerate(matrix):
-        row[place] = 0.0
-    known = {number * size: _numbers(data) for number, data in parts}
-    # One walk over the pairs, from part to part.
-    pairs, place = combinations(range(count), 2), 0
-    for first in sorted(known):
-        values = known[first]
-        next(islice(pairs, first - place, first - place), None)
-        for (i, j), value in zip(islice(pairs, len(values)), values, strict=True):
-            matrix[i][j] = matrix[j][i] = value
-        place = first + len(values)
-    return matrix, sum(map(len, known.values()))
+    values = array("d", [math.nan]) * number_of_pairs(count)
+    for number, data in parts.items():
+        found = _numbers(data)
+        values[number * size : number * size + len(found)] = found
+    return values
 
 
-def packed_document(fields: Mapping[str, object], matrix: Matrix) -> bytes:
-    """Return a document with a matrix, JSON in gzip.
+def written_matrix(count: int, values: "array[float]") -> Iterator[bytes]:
+    """Write a matrix of dissimilarities as JSON, a row at a time.
+
+    Parameters
+    ----------
+    count
+        Number K of shapes.
+    values
+        (K(K−1)/2,) dissimilarities of all pairs, as :func:`known_pairs` returns them.
+    """
+    # The pair (i, j) is at bases[i] + j.
+    bases = [i * (2 * count - i - 3) // 2 - 1 for i in range(count)]
+    for i, base in enumerate(bases):
+        earlier = [values[other + i] for other in bases[:i]]
+        row = [*earlier, 0.0, *values[base + i + 1 : base + count]]
+        known = [None if math.isnan(value) else value for value in row]
+        yield b"," if i else b"["
+        yield _json(known)
+    yield b"]"
+
+
+def stored_matrix(result: BinaryIO) -> Iterator[bytes]:
+    """Copy the matrix from a stored result, without parsing its numbers.
+
+    Parameters
+    ----------
+    result
+        The result, JSON in gzip, which is closed in the end.
+    """
+    with result:
+        content = unpacked(result)
+        seen = b""
+        while (start := seen.find(_MATRIX)) < 0:
+            seen = seen[-len(_MATRIX) :] + next(content)
+        seen = seen[start + len(_MATRIX) - 2 :]
+        while (end := seen.find(b"]]")) < 0:
+            yield seen[:-1]
+            seen = seen[-1:] + next(content)
+        yield seen[: end + 2]
+
+
+def packed_document(fields: Mapping[str, object], matrix: Iterable[bytes]) -> BinaryIO:
+    """Return a document with a matrix, JSON in gzip, in a temporary file where it is large.
 
     Parameters
     ----------
     fields
         The other fields, at least one.
     matrix
-        The field ``matrix``.
+        The field ``matrix`` as JSON, in pieces.
     """
-    packed = io.BytesIO()
-    with gzip.GzipFile(fileobj=packed, mode="wb", compresslevel=1, mtime=0) as file:
-        file.write(f'{_json(fields)[:-1]},"matrix":['.encode())
-        # A row at a time: other threads wait for `dumps`, and a matrix may take seconds.
-        for place, row in enumerate(matrix):
-            file.write(f"{',' if place else ''}{_json(row)}".encode())
-        file.write(b"]}")
-    return packed.getvalue()
+    with ExitStack() as closing:
+        packed = cast(BinaryIO, closing.enter_context(SpooledTemporaryFile(max_size=_IN_MEMORY)))
+        with gzip.GzipFile(fileobj=packed, mode="wb", compresslevel=1, mtime=0) as file:
+            file.write(_json(fields)[:-1] + b',"matrix":')
+            for piece in matrix:
+                file.write(piece)
+            file.write(b"}")
+        packed.seek(0)
+        closing.pop_all()  # the caller closes it
+    return packed
 
 
-def _json(value: object) -> str:
-    return json.dumps(value, allow_nan=False, separators=(",", ":"))
+def _json(value: object) -> bytes:
+    return json.dumps(value, allow_nan=False, separators=(",", ":")).encode()
 
 
 def _numbers(data: bytes) -> "array[float]":

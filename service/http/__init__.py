@@ -4,7 +4,13 @@ from service.http.body_limit import BodyLimit
 from service.http.content_disposition import attachment
 from service.http.file_responses import file_response
 from service.http.head_requests import HeadLikeGet, body_wanted
-from service.http.negotiation import AcceptEncoding, etag_matches, gzip_response, weak_etag
+from service.http.negotiation import (
+    AcceptEncoding,
+    etag_matches,
+    gzip_response,
+    unpacked,
+    weak_etag,
+)
 from service.http.paging import Cursor, Limit, page_of
 from service.http.problem_documents import binary_file, responses
 from service.http.problems import (
@@ -123,5 +129,6 @@ __all__ = [
     "page_of",
     "responses",
     "short",
+    "unpacked",
     "weak_etag",
 ]

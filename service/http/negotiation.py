@@ -3,7 +3,7 @@
 import gzip
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, BinaryIO, Final, cast
 
 from fastapi import Header
@@ -42,8 +42,13 @@ def gzip_response(
     if _takes_gzip(accept_encoding):
         return file_response(packed, media_type, every | {"Content-Encoding": "gzip"})
     size = _unpacked_size(packed)
-    unpacked = pieces(cast(BinaryIO, gzip.GzipFile(fileobj=packed)))
-    return pieces_response(unpacked, size, packed, media_type, every)
+    return pieces_response(unpacked(packed), size, packed, media_type, every)
+
+
+def unpacked(packed: BinaryIO) -> Iterator[bytes]:
+    """Iterate over the content of a file in gzip, a piece at a time."""
+    # The mode is given because that of a temporary file says that it can be written.
+    return pieces(cast(BinaryIO, gzip.GzipFile(fileobj=packed, mode="rb")))
 
 
 def _unpacked_size(packed: BinaryIO) -> int:

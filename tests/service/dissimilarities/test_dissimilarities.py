@@ -3,9 +3,11 @@
 import gzip
 import io
 import json
+import math
 import struct
 import tracemalloc
-from collections.abc import Callable
+from array import array
+from collections.abc import Callable, Iterator
 
 import httpx2
 import numpy as np
@@ -22,7 +24,13 @@ from broker.contracts import (
 from broker.queue import new_job
 from broker.store import DEFAULT_KEYS
 from service.dissimilarities.endpoints import known_so_far
-from service.dissimilarities.partial import known_matrix, number_of_pairs, packed_document
+from service.dissimilarities.partial import (
+    known_pairs,
+    number_of_pairs,
+    packed_document,
+    stored_matrix,
+    written_matrix,
+)
 from service.dissimilarities.schemas import PartialDissimilarities
 from service.http import JobExpired
 from service.standalone import EmbeddedServer
@@ -177,34 +185,56 @@ def test_shapes_that_cannot_be_compared_are_named(
 
 def test_parts_make_a_matrix() -> None:
     for count, size in ((2, 1), (5, 3), (9, 4), (6, 100)):
-        pairs = list(zip(*np.triu_indices(count, 1), strict=True))
+        expected = np.zeros((count, count))
+        upper = np.triu_indices(count, 1)
         values = np.arange(1.0, number_of_pairs(count) + 1.0)
         parts = {
-            number: values[first : first + size]
+            number: values[first : first + size].astype("<f8").tobytes()
             for number, first in enumerate(range(0, len(values), size))
         }
         for left_out in (None, 0, len(parts) - 1):
             kept = {number: part for number, part in parts.items() if number != left_out}
-            packed = [(n, struct.pack(f"<{len(part)}d", *part)) for n, part in kept.items()]
-            matrix, done = known_matrix(count, size, packed[::-1])
-            assert done == sum(map(len, kept.values()))
-            for (i, j), value, place in zip(pairs, values, range(len(values)), strict=True):
-                expected = None if place // size == left_out else value
-                assert matrix[i][j] == matrix[j][i] == expected
-            assert all(matrix[k][k] == 0.0 for k in range(count))
+            expected[upper] = np.where(np.arange(len(values)) // size == left_out, np.nan, values)
+            written = b"".join(written_matrix(count, known_pairs(count, size, kept)))
+            found = np.array(json.loads(written), dtype=np.float64)
+            np.testing.assert_array_equal(found, expected + expected.T)
 
 
-def test_a_matrix_is_written_row_by_row() -> None:
-    """The document is never in memory as a whole."""
-    matrix: list[list[float | None]] = np.random.default_rng(0).random((800, 800)).tolist()
-    matrix[0][1] = None
+def traced_document(matrix: Iterator[bytes]) -> tuple[Json, int, int]:
+    """A document with a matrix, its number of bytes, and how many were in memory for it."""
     tracemalloc.start()
     packed = packed_document({"job": "a", "pairs": 1}, matrix)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    text = gzip.decompress(packed)
-    assert json.loads(text) == {"job": "a", "pairs": 1, "matrix": matrix}
-    assert peak < len(text)
+    with packed:
+        text = gzip.decompress(packed.read())
+    document: Json = json.loads(text)
+    return document, len(text), peak
+
+
+def test_a_matrix_is_written_row_by_row() -> None:
+    """The document is never in memory as a whole."""
+    count = 500
+    values = array("d", np.random.default_rng(0).random(number_of_pairs(count)))
+    values[0] = math.nan
+    document, size, peak = traced_document(written_matrix(count, values))
+    assert document.keys() == {"job", "pairs", "matrix"}
+    assert document["matrix"][0][:2] == [0.0, None]
+    assert document["matrix"][7][3] == document["matrix"][3][7] == values[3 * count - 6 + 3]
+    assert peak < size / 2
+
+
+def test_the_matrix_of_a_result_is_copied() -> None:
+    """Neither the result nor its matrix is ever in memory as a whole, nor parsed."""
+    matrix = np.random.default_rng(0).random((500, 500)).tolist()
+    for labels in (['"matrix":[[1]]'], [" " * (1024**2 // 4 - 40 + place) for place in range(24)]):
+        result = {"labels": labels, "matrix": matrix, "nearest": [[1], [0]]}
+        text = json.dumps(result, separators=(",", ":")).encode()
+        packed = io.BytesIO(gzip.compress(text, 1))
+        document, _, peak = traced_document(stored_matrix(packed))
+        assert document == {"job": "a", "pairs": 1, "matrix": matrix}
+        assert peak < len(text) / 2
+        assert packed.closed
 
 
 def test_partial_dissimilarities_when_the_job_ends_meanwhile(server: EmbeddedServer) -> None:
@@ -222,13 +252,18 @@ def test_partial_dissimilarities_when_the_job_ends_meanwhile(server: EmbeddedSer
             assert store.chunks.complete(job, taken, results[stage], 0.1)
         running = store.jobs.get(job)
         assert running is not None
+
+        def known() -> tuple[object, int]:
+            matrix, done = known_so_far(service, running, 2)
+            return json.loads(b"".join(matrix)), done
+
         everything = [[0.0, 2.0], [2.0, 0.0]], 1
-        assert known_so_far(service, running, 2) == everything
-        assert store.jobs.succeed(job, job, b'{"matrix": [[0.0, 2.0], [2.0, 0.0]]}')
+        assert known() == everything
+        assert store.jobs.succeed(job, job, b'{"matrix":[[0.0,2.0],[2.0,0.0]]}')
         store.client.delete(DEFAULT_KEYS.chunk_results(job, PAIRS))
-        assert known_so_far(service, running, 2) == everything
+        assert known() == everything
         store.chunks.delete(job)
-        assert known_so_far(service, running, 2) == everything
+        assert known() == everything
         store.client.delete(DEFAULT_KEYS.job(job))
         with pytest.raises(JobExpired):
-            known_so_far(service, running, 2)
+            known()
