@@ -19,8 +19,8 @@ CHECK_INTERVAL: Final = 1.0
 """Seconds between two looks at whether the client of a waiting request is still there."""
 
 UPLOADS_AT_ONCE: Final = 4
-"""Uploads in memory at a time; others wait in temporary files. One may have 256 MiB, and takes
-twice that while it is stored."""
+"""Uploads that are stored at a time; others wait in temporary files. One takes some 30 MB while it
+is sent to object storage."""
 
 DOCUMENTS_AT_ONCE: Final = 2
 """Large documents prepared at a time. The dissimilarities of 2000 shapes take seconds of CPU and
@@ -46,7 +46,7 @@ class Service:
     metrics
         Metrics for Prometheus.
     uploading
-        Held while an upload is in memory.
+        Held while an upload is stored.
     preparing
         Held while a large document is prepared.
     """

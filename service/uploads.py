@@ -6,7 +6,7 @@ it becomes.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Final, Generic
+from typing import Annotated, Any, BinaryIO, Final, Generic
 
 from fastapi import Depends, Form, Request, Response, UploadFile
 from pydantic import AfterValidator, BaseModel
@@ -192,7 +192,10 @@ class UploadKind(Generic[RecordT]):
         }
 
     async def receive(
-        self, context: UploadContext, file: UploadFile, describe: Callable[[bytes], UploadPayload]
+        self,
+        context: UploadContext,
+        file: UploadFile,
+        describe: Callable[[BinaryIO], UploadPayload],
     ) -> Response:
         """Store an upload, wait until it is validated, and return the answer.
 
@@ -203,7 +206,7 @@ class UploadKind(Generic[RecordT]):
         file
             The upload.
         describe
-            Returns the payload of the validation job for the bytes of the file.
+            Returns the payload of the validation job for the content of the file.
 
         Raises
         ------
@@ -218,10 +221,10 @@ class UploadKind(Generic[RecordT]):
         if file.size is not None and file.size > service.settings.max_upload_bytes:
             raise UploadTooLarge.over(service.settings.max_upload_bytes)
         async with service.uploading:
-            data = await file.read()
-            payload = await run_in_threadpool(describe, data)
-            known, job_id = await run_in_threadpool(self._submit, context, data, payload)
-            del data  # frees the memory while the validation is awaited
+            payload = await run_in_threadpool(describe, file.file)
+            known, job_id = await run_in_threadpool(self._submit, context, file.file, payload)
+        # Others take its place while the validation is awaited.
+        await file.close()
         if known is not None:
             return self.show(self.named(known, payload.name), 200)
         job = await service.wait_for(job_id, service.settings.validation_wait, context.request)
@@ -258,7 +261,7 @@ class UploadKind(Generic[RecordT]):
         return None
 
     def _submit(
-        self, context: UploadContext, data: bytes, payload: UploadPayload
+        self, context: UploadContext, data: BinaryIO, payload: UploadPayload
     ) -> tuple[RecordT | None, str]:
         service = context.service
         if context.key is not None:

@@ -32,8 +32,10 @@ class BlobStore(Protocol):
     :class:`~broker.blobs.BlobsAway`.
     """
 
-    def put(self, path: str, data: bytes) -> None:
-        """Store bytes; they are on the disk, or with the server, when this returns.
+    def put(self, path: str, data: bytes | BinaryIO) -> None:
+        """Store bytes, or a file, of which a few pieces at a time are in memory.
+
+        They are on the disk, or with the server, when this returns.
 
         Raises
         ------

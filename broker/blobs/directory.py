@@ -8,6 +8,7 @@ or not at all, also after a power failure. Written in Python's own ``os``, becau
 import contextlib
 import errno
 import os
+import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -39,7 +40,7 @@ class DirectoryBlobs:
 
     root: Path
 
-    def put(self, path: str, data: bytes) -> None:
+    def put(self, path: str, data: bytes | BinaryIO) -> None:
         """Write a file, flush it to the disk, and give it its name."""
         target = self.root / path
         unfinished = target.with_name(f"{target.name}{_UNFINISHED}")
@@ -47,7 +48,10 @@ class DirectoryBlobs:
             try:
                 self._make(target.parent)
                 with unfinished.open("wb") as file:
-                    file.write(data)
+                    if isinstance(data, bytes):
+                        file.write(data)
+                    else:
+                        shutil.copyfileobj(data, file)
                     file.flush()
                     os.fsync(file.fileno())
                 unfinished.replace(target)

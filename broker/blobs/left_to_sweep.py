@@ -14,7 +14,7 @@ class LeftToSweep:
     fork has none of the threads that the library of object storage runs.
     """
 
-    def put(self, path: str, data: bytes) -> None:
+    def put(self, path: str, data: bytes | BinaryIO) -> None:
         """Refuse."""
         raise BlobsAway("this process stores no blobs: it forks others that do")
 

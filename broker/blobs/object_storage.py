@@ -29,6 +29,9 @@ _IN_MEMORY: Final = 1024**2
 _REQUEST_SECONDS: Final = 60.0
 """Seconds that one request may take; a large blob is sent in parts."""
 
+_PARTS_AT_ONCE: Final = 4
+"""Parts of a large object that are sent at a time; each has 5 MiB, and is in memory."""
+
 _CONNECT_SECONDS: Final = 5.0
 _LONGEST_PAUSE: Final = 2.0
 """Longest pause between two attempts, in seconds: servers restart within some."""
@@ -75,9 +78,11 @@ class ObjectStorage:
             },
         )
 
-    def put(self, path: str, data: bytes) -> None:
+    def put(self, path: str, data: bytes | BinaryIO) -> None:
         """Store an object; a large one in parts."""
-        self._asked(path, lambda: obstore.put(self._store, path, data))
+        self._asked(
+            path, lambda: obstore.put(self._store, path, data, max_concurrency=_PARTS_AT_ONCE)
+        )
 
     def read(self, path: str) -> bytes:
         """Fetch an object into memory."""

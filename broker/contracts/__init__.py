@@ -9,6 +9,7 @@ from broker.contracts.consistent_maps import (
     CollectionShape,
     ConsistentMapsResult,
 )
+from broker.contracts.digests import sha256_of
 from broker.contracts.dissimilarities import (
     MOST_SHAPES,
     NEIGHBOURS,
@@ -241,6 +242,7 @@ __all__ = [
     "is_prototype",
     "no_alternative",
     "prototype_id",
+    "sha256_of",
     "shape_id",
     "spectrum_key",
     "subject_of",

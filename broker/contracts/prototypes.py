@@ -1,11 +1,11 @@
 """Prototypes of classes of shapes: their identity, their records, and results of learning."""
 
-import hashlib
 from datetime import datetime
-from typing import Final, Literal
+from typing import BinaryIO, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from broker.contracts.digests import sha256_of
 from broker.contracts.parameters import PrototypeParameters, PrototypeStructures
 from broker.contracts.shapes import UPRIGHT, ViewAxes
 
@@ -18,9 +18,9 @@ PROTOTYPE_PREFIX: Final = "p-"
 ARCHIVE_TYPE: Final = "npz"
 
 
-def prototype_id(archive: bytes) -> str:
+def prototype_id(archive: bytes | BinaryIO) -> str:
     """Return the id of a prototype: its prefix, and 32 hexadecimal digits of a SHA-256."""
-    return PROTOTYPE_PREFIX + hashlib.sha256(archive).hexdigest()[:32]
+    return PROTOTYPE_PREFIX + sha256_of(archive)[:32]
 
 
 def is_prototype(source: str) -> bool:

@@ -1,12 +1,13 @@
 """Shapes: uploaded meshes, named by the hash of their bytes."""
 
-import hashlib
 from datetime import datetime
 from pathlib import PurePath
-from typing import Annotated, Final, Literal, TypeAlias
+from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 from typing_extensions import TypeAliasType
+
+from broker.contracts.digests import sha256_of
 
 MESH_FORMATS: Final = (
     "csv",
@@ -39,9 +40,9 @@ UPRIGHT: Final[ViewAxes] = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 """The view of a file whose y axis is up and whose z axis is towards the viewer."""
 
 
-def shape_id(data: bytes) -> str:
+def shape_id(data: bytes | BinaryIO) -> str:
     """Return the id of a file: the first 32 hexadecimal digits of its SHA-256."""
-    return hashlib.sha256(data).hexdigest()[:32]
+    return sha256_of(data)[:32]
 
 
 def file_type_of(filename: str) -> str | None:

@@ -1,12 +1,12 @@
 """Transfers: attribute files, what is carried along a match, and the results."""
 
-import hashlib
 from datetime import datetime
 from pathlib import PurePath
-from typing import Annotated, Final, Literal, TypeAlias
+from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from broker.contracts.digests import sha256_of
 from broker.contracts.results import Confidence
 from broker.contracts.vertices import Vertex
 
@@ -27,9 +27,9 @@ Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
 AttributeElement: TypeAlias = Literal["vertices", "faces"]
 
 
-def attributes_id(data: bytes) -> str:
+def attributes_id(data: bytes | BinaryIO) -> str:
     """Return the id of an attribute file: its prefix, and 32 hexadecimal digits of a SHA-256."""
-    return _PREFIX + hashlib.sha256(data).hexdigest()[:32]
+    return _PREFIX + sha256_of(data)[:32]
 
 
 def attribute_format_of(filename: str) -> str | None:

@@ -6,7 +6,7 @@ the next. Nor is a batch: its matches are.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Self
+from typing import BinaryIO, Final, Self
 
 from redis.client import Pipeline
 
@@ -36,7 +36,7 @@ from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spec
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import BlobReference, QuotaExceeded, Store, any_running, transact
+from broker.store import BlobReference, QuotaExceeded, Store, any_running, size_of, transact
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
@@ -115,7 +115,7 @@ class JobQueue:
         return None if job_id is None else self.store.jobs.get(job_id)
 
     def submit_validation(
-        self, payload: UploadPayload, data: bytes, context: RequestOrigin = NO_REQUEST
+        self, payload: UploadPayload, data: bytes | BinaryIO, context: RequestOrigin = NO_REQUEST
     ) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
@@ -124,7 +124,7 @@ class JobQueue:
         payload
             The upload.
         data
-            Its bytes.
+            Its bytes, or a file of them.
         context
             The request.
 
@@ -143,7 +143,8 @@ class JobQueue:
         record = new_job(payload, context)
         stored: BlobReference | None = None
         is_shape = isinstance(payload, ValidationPayload)
-        self.store.quotas.check(len(data), is_shape)
+        size = size_of(data)
+        self.store.quotas.check(size, is_shape)
         uploads, named = self.store.uploads, (payload.upload, payload.file_type)
 
         def attempt(pipe: Pipeline) -> str:
@@ -156,7 +157,7 @@ class JobQueue:
             stored = stored or uploads.put_candidate(*named, data, record.id)
             try:
                 # Once more, in the transaction: others may have been taken meanwhile.
-                self.store.quotas.check(len(data), is_shape, pipe)
+                self.store.quotas.check(size, is_shape, pipe)
             except QuotaExceeded:
                 uploads.discard_candidate(*named, stored, record.id)
                 raise

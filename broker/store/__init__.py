@@ -10,7 +10,7 @@ from broker.contracts import DEFAULT_TENANT
 from broker.store.admission import Admission, KeyReused, TooManyQueued
 from broker.store.api_keys import ApiKeys, NameTaken, NoSuchKey, StoredKey
 from broker.store.attributes import Attributes
-from broker.store.blobs import FOLDERS, BlobReference, Blobs, pieces
+from broker.store.blobs import FOLDERS, BlobReference, Blobs, pieces, size_of
 from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
 from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import (
@@ -93,6 +93,7 @@ __all__ = [
     "pieces",
     "renewed",
     "signs",
+    "size_of",
     "text",
     "transact",
 ]

@@ -10,7 +10,7 @@ leaves an *orphan*, a blob without a reference, which :mod:`broker.upkeep` delet
 reference without a blob. A blob expires with its reference, which has the time to live.
 """
 
-import hashlib
+import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -22,6 +22,7 @@ from redis.client import Pipeline
 from redis.exceptions import ResponseError
 
 from broker.blobs import BlobEntry, BlobError, BlobLost, BlobsAway, BlobStore, NotMigrated
+from broker.contracts import sha256_of
 from broker.store import scripts
 from broker.store.keys import PREFIX, Keys
 from broker.store.replies import text
@@ -110,9 +111,9 @@ class Blobs:
     client: Redis
     store: BlobStore
 
-    def put(self, key: str, data: bytes) -> BlobReference:
-        """Store bytes, and return the reference that is to be linked under a key."""
-        found = BlobReference(uuid4().hex, len(data), hashlib.sha256(data).hexdigest())
+    def put(self, key: str, data: bytes | BinaryIO) -> BlobReference:
+        """Store bytes or a file, and return the reference that is to be linked under a key."""
+        found = BlobReference(uuid4().hex, size_of(data), sha256_of(data))
         self.store.put(found.path(key), data)
         return found
 
@@ -202,7 +203,7 @@ class Blobs:
                 return self.get(key)
             self.check_owner()  # else all are missing, as where a volume is not mounted
             raise
-        if len(data) != reference.size or hashlib.sha256(data).hexdigest() != reference.digest:
+        if len(data) != reference.size or sha256_of(data) != reference.digest:
             raise BlobLost(reference.path(key), "damaged")
         return data
 
@@ -226,17 +227,14 @@ class Blobs:
                 return self.open(key)
             self.check_owner()
             raise
-        digest = hashlib.sha256()
         try:
-            for piece in pieces(file):
-                digest.update(piece)
+            is_whole = size_of(file) == reference.size and sha256_of(file) == reference.digest
         except OSError as error:
             file.close()
             raise BlobsAway(f"the blob store cannot be read: {error}") from error
-        if file.tell() != reference.size or digest.hexdigest() != reference.digest:
+        if not is_whole:
             file.close()
             raise BlobLost(reference.path(key), "damaged")
-        file.seek(0)
         return file
 
     def lost(self, keys: Iterable[str]) -> bool:
@@ -347,6 +345,15 @@ class Blobs:
             return self.store.read(_MARK).decode()
         except BlobLost:
             return None
+
+
+def size_of(content: bytes | BinaryIO) -> int:
+    """Return the number of bytes of content; a file is left at its start."""
+    if isinstance(content, bytes):
+        return len(content)
+    size = content.seek(0, os.SEEK_END)
+    content.seek(0)
+    return size
 
 
 def pieces(file: BinaryIO) -> Iterator[bytes]:

@@ -1,6 +1,7 @@
 """Uploads: candidates, whose bytes wait for the job that validates them."""
 
 from dataclasses import dataclass
+from typing import BinaryIO
 
 from redis import Redis
 from redis.client import Pipeline
@@ -38,7 +39,7 @@ class Uploads:
     keys: Keys
 
     def put_candidate(
-        self, upload_id: str, file_type: str, data: bytes, job_id: str
+        self, upload_id: str, file_type: str, data: bytes | BinaryIO, job_id: str
     ) -> BlobReference:
         """Store uploaded bytes for the job that validates them."""
         return self.blobs.put(self.keys.candidate(upload_id, file_type, job_id), data)

@@ -1,6 +1,6 @@
 """``/v1/prototype-archives``; ``/v1/prototypes/{id}/archive`` and ``/geometry``."""
 
-from typing import Annotated, Final
+from typing import Annotated, BinaryIO, Final
 
 from fastapi import APIRouter, File, Response, UploadFile
 
@@ -70,7 +70,7 @@ async def upload_prototype(
     """
     stem = base_name(file.filename or "").removesuffix(f".{ARCHIVE_TYPE}")[:LONGEST]
 
-    def describe(data: bytes) -> PrototypeValidationPayload:
+    def describe(data: BinaryIO) -> PrototypeValidationPayload:
         called = (name or "").strip() or stem or DEFAULT_NAME
         return PrototypeValidationPayload(prototype=prototype_id(data), name=called)
 

@@ -1,6 +1,6 @@
 """``/v1/shapes``."""
 
-from typing import Annotated, Final
+from typing import Annotated, BinaryIO, Final
 
 from fastapi import APIRouter, File, Response, UploadFile
 
@@ -72,7 +72,7 @@ async def upload_shape(
     """
     called, file_type = name_and_type(file, name, file_type_of, MESH_FORMATS)
 
-    def describe(data: bytes) -> ValidationPayload:
+    def describe(data: BinaryIO) -> ValidationPayload:
         return ValidationPayload(shape=shape_id(data), name=called, file_type=file_type)
 
     return await _UPLOADS.receive(context, file, describe)

@@ -1,6 +1,6 @@
 """``/v1/attributes``: files of attributes of the vertices and faces of shapes."""
 
-from typing import Annotated, Final
+from typing import Annotated, BinaryIO, Final
 
 from fastapi import APIRouter, File, Path, Response, UploadFile
 
@@ -79,7 +79,7 @@ async def upload_attributes(
     """
     called, file_type = name_and_type(file, name, attribute_format_of, ATTRIBUTE_FORMATS)
 
-    def describe(data: bytes) -> AttributesValidationPayload:
+    def describe(data: BinaryIO) -> AttributesValidationPayload:
         return AttributesValidationPayload(
             attributes=attributes_id(data), name=called, file_type=file_type
         )

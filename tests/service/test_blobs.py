@@ -4,6 +4,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from tempfile import SpooledTemporaryFile
 
 import httpx2
 import pytest
@@ -45,6 +46,27 @@ def test_a_mesh_is_sent_in_pieces(http: httpx2.Client, upload: Callable[..., Jso
         assert answer.headers["content-length"] == str(len(data))
         assert b"".join(answer.iter_bytes()) == data
     assert http.head(f"/v1/shapes/{shape}/mesh").headers["content-length"] == str(len(data))
+
+
+def test_an_upload_is_stored_in_pieces(
+    server: EmbeddedServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = SpooledTemporaryFile.read
+
+    def some(file: SpooledTemporaryFile[bytes], size: int = -1) -> bytes:
+        assert size >= 0, "the upload is not read as a whole"
+        return read(file, size)
+
+    monkeypatch.setattr(SpooledTemporaryFile, "read", some)
+    data = blob_file(2, seed=6) + b"#" * 2 * 1024**2
+    with (
+        idle_api(server, validation_wait=0) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        answer = http.post("/v1/shapes", files={"file": ("a.off", data)})
+        assert answer.status_code == 202, answer.text
+        job = answer.json()["id"]
+        assert api.store.uploads.candidate(shape_id(data), "off", job) == data
 
 
 @pytest.mark.parametrize("harm", ["missing", "damaged"])

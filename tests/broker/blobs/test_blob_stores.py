@@ -1,5 +1,6 @@
 """What every blob store does: bytes go in and come out, whole or not at all."""
 
+import io
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
@@ -26,6 +27,16 @@ def blobs(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[BlobStore]
     yield object_storage(server, 20.0, uuid4().hex)
 
 
+class InPieces(io.BytesIO):
+    """A file of which some bytes are read at a time, never all."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Return some bytes."""
+        assert size is not None
+        assert 0 <= size <= 5 * 1024**2
+        return super().read(size)
+
+
 def content(blobs: BlobStore, path: str) -> bytes:
     with blobs.open(path) as file:
         return file.read()
@@ -40,6 +51,13 @@ def test_bytes_come_back(blobs: BlobStore, size: int) -> None:
     assert blobs.size("ab/job!1-x!mesh!0") == size
     (entry,) = blobs.list("ab")
     assert (entry.path, entry.size) == ("ab/job!1-x!mesh!0", size)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_files_are_stored_in_pieces(blobs: BlobStore, size: int) -> None:
+    data = Random(size).randbytes(size)
+    blobs.put("ab/1", InPieces(data))
+    assert content(blobs, "ab/1") == data
 
 
 def test_a_folder_lists_its_own(blobs: BlobStore) -> None:

@@ -4,6 +4,7 @@ import gzip
 import os
 import subprocess
 import sys
+from typing import BinaryIO
 
 import pytest
 
@@ -98,7 +99,7 @@ class Filling(DirectoryBlobs):
 
     taken = 0
 
-    def put(self, path: str, data: bytes) -> None:
+    def put(self, path: str, data: bytes | BinaryIO) -> None:
         """Store the first three."""
         if "!" in path:
             type(self).taken += 1
