@@ -41,7 +41,7 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
     body_patience: float = Field(
         default=30.0,
         gt=0,
-        description="Seconds a request waits for the next piece of its body.",
+        description="Seconds a request waits for the next piece of its body, or for space for it.",
     )
     validation_wait: float = Field(
         default=30.0, ge=0, description="Seconds an upload waits for its validation."

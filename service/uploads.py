@@ -35,6 +35,7 @@ from service.http import (
     QuotaUsedUp,
     Reported,
     StorageFull,
+    TooManyUploads,
     UnsupportedFormat,
     UploadCancelled,
     UploadTooLarge,
@@ -187,6 +188,7 @@ class UploadKind(Generic[RecordT]):
                 UploadCancelled,
                 StorageFull,
                 QuotaUsedUp,
+                TooManyUploads,
                 self.deleted,
             ),
         }
@@ -225,6 +227,7 @@ class UploadKind(Generic[RecordT]):
             known, job_id = await run_in_threadpool(self._submit, context, file.file, payload)
         # Others take its place while the validation is awaited.
         await file.close()
+        context.request.state.give_back_space()
         if known is not None:
             return self.show(self.named(known, payload.name), 200)
         job = await service.wait_for(job_id, service.settings.validation_wait, context.request)

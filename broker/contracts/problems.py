@@ -68,6 +68,7 @@ class ProblemType(Enum):
     PICTURE_NOT_READY = "picture-not-ready", 503, "Picture not ready"
     NEWER_VERSION = "newer-version", 503, "Stored by a newer version"
     STORE_AWAY = "store-away", 503, "Store cannot be reached"
+    TOO_MANY_UPLOADS = "too-many-uploads", 503, "Too many uploads"
     NOT_READY = "not-ready", 503, "Not ready"
     QUOTA_EXCEEDED = "quota-exceeded", 507, "Quota used up"
     STORAGE_FULL = "storage-full", 507, "Storage full"

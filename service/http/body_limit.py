@@ -1,4 +1,4 @@
-"""Middleware that refuses bodies that are too long, stalled or compressed."""
+"""Middleware that refuses bodies that are too long, too many, stalled or compressed."""
 
 import asyncio
 import contextlib
@@ -11,10 +11,21 @@ from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.http.problem_documents import response
-from service.http.problems import ApiProblem, BodyStalled, EncodedBody, UploadTooLarge
+from service.http.problems import (
+    ApiProblem,
+    BodyStalled,
+    EncodedBody,
+    TooManyUploads,
+    UploadTooLarge,
+)
+from service.http.upload_space import UploadSpace
 
 FORM_OVERHEAD: Final = 64 * 1024
 """Bytes allowed for the boundaries, headers and other parts of an upload's form."""
+
+LARGEST_UPLOADS: Final = 3
+"""Uploads of the greatest size whose bodies are on their way at a time, or as many bytes of smaller
+ones. The temporary directory of the API must hold them."""
 
 LINGER_BYTES: Final = 16 * 1024**2
 """Most bytes of an unread body that are taken after the answer."""
@@ -43,7 +54,8 @@ class BodyLimit:
     A body over the limit is refused by its ``Content-Length``, or as soon as more was received. A
     request that is answered without its body, as those without a key or to a wrong address, is
     answered at once: of the body a little more is taken, as clients that are still sending may lose
-    an answer on a closed connection, and then the connection is closed.
+    an answer on a closed connection, and then the connection is closed. The body of an upload is
+    read when there is space for it among those of others.
 
     Parameters
     ----------
@@ -56,7 +68,8 @@ class BodyLimit:
     upload_paths
         Addresses that uploads are sent to.
     patience
-        Seconds until a body of which nothing more is received is given up.
+        Seconds until a body of which nothing more is received is given up, or one for which there
+        is no space.
     """
 
     def __init__(
@@ -73,15 +86,17 @@ class BodyLimit:
         self._upload_paths = upload_paths
         self._patience = patience
         self._turn = asyncio.Lock()
+        self._space = UploadSpace(LARGEST_UPLOADS * (upload_limit + FORM_OVERHEAD))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, and refuse it if its body cannot be taken."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        headers = Headers(scope=scope)
-        body = _Body(receive, self._allowance(scope["path"]), headers, self._patience)
+        allowance = self._allowance(scope["path"])
+        body = _Body(receive, allowance, Headers(scope=scope), self._patience)
         exchange = _Exchange(send, body)
+        scope["state"] = {**scope.get("state", {}), "give_back_space": body.give_back_space}
 
         async def received() -> Message:
             if body.ended or body.allowance.values is None:
@@ -101,23 +116,27 @@ class BodyLimit:
         try:
             await self._app(scope, received, replaced)
         finally:
+            body.give_back_space()
             if body.refused is not None:
-                answer = response(body.refused.problem(scope["path"]), {"Connection": "close"})
+                headers = {**body.refused.headers, "Connection": "close"}
+                answer = response(body.refused.problem(scope["path"]), headers)
                 await answer(scope, body.receive, exchange.send)
 
     def _allowance(self, path: str) -> "_Allowance":
         if path in self._upload_paths:
-            return _Allowance(self._upload_limit + FORM_OVERHEAD, self._upload_limit, None)
-        return _Allowance(self._limit, self._limit, MOST_VALUES)
+            whole = self._upload_limit + FORM_OVERHEAD
+            return _Allowance(whole, self._upload_limit, None, self._space)
+        return _Allowance(self._limit, self._limit, MOST_VALUES, None)
 
 
 @dataclass(frozen=True)
 class _Allowance:
-    """Most bytes of a body, as they are counted and as they are told, and most values."""
+    """Most bytes of a body, as they are counted and as they are told; most values; its space."""
 
     bytes: int
     shown: int
     values: int | None
+    space: UploadSpace | None
 
 
 def _encoded(headers: Headers) -> ApiProblem | None:
@@ -142,7 +161,11 @@ class _Body:
         self._patience = patience
         self._received = 0
         self._values = 0
-        self._unwanted = _encoded(headers) or self._too_long(headers)
+        length = headers.get("content-length", "")
+        # A body that is sent in chunks does not tell its length.
+        self._length = int(length) if length.isdigit() else allowance.bytes
+        self._space_taken = 0
+        self._unwanted = _encoded(headers) or self._too_long()
         # A client that waits to be told to go on sends nothing after a refusal.
         self._waits = headers.get("expect", "").lower() == "100-continue"
         self.ended = not _has_body(headers)
@@ -153,6 +176,8 @@ class _Body:
             return await self._receive()
         if self._unwanted is not None:
             raise self._refuse(self._unwanted)
+        if self.allowance.space is not None and not self._space_taken:
+            await self._take_space(self.allowance.space)
         try:
             async with asyncio.timeout(self._patience):
                 message = await self._receive()
@@ -167,6 +192,12 @@ class _Body:
                 UploadTooLarge(f"The body has more than {self.allowance.values} values.")
             )
         return message
+
+    def give_back_space(self) -> None:
+        """Let others have the space of this body, which is not kept any more."""
+        if self.allowance.space is not None:
+            self.allowance.space.give_back(self._space_taken)
+            self._space_taken = 0
 
     async def whole(self) -> Message:
         """Receive all of the body as one message, or the message that the client is gone."""
@@ -190,14 +221,21 @@ class _Body:
                     most -= len(message.get("body", b""))
                     self._note(message)
 
+    async def _take_space(self, space: UploadSpace) -> None:
+        try:
+            async with asyncio.timeout(self._patience):
+                await space.take(self._length)
+        except TimeoutError:
+            busy = "There is no space for the upload beside others on their way; send it later."
+            raise self._refuse(TooManyUploads(busy)) from None
+        self._space_taken = self._length
+
     def _refuse(self, problem: ApiProblem) -> BodyRefused:
         self.refused = problem
         return BodyRefused(problem.type.status)
 
-    def _too_long(self, headers: Headers) -> ApiProblem | None:
-        length = headers.get("content-length", "")
-        too_long = length.isdigit() and int(length) > self.allowance.bytes
-        return self._too_large() if too_long else None
+    def _too_long(self) -> ApiProblem | None:
+        return self._too_large() if self._length > self.allowance.bytes else None
 
     def _too_large(self) -> ApiProblem:
         return UploadTooLarge.over(self.allowance.shown)

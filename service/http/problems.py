@@ -43,6 +43,7 @@
     ├── StoreAway                   503  Redis or the blob store cannot be reached
     ├── NewerVersion                503  stored by a newer version; this one cannot read it
     ├── PictureNotReady             503  the picture is still being drawn
+    ├── TooManyUploads              503  there is no space for the body of the upload
     ├── NotReady                    503  stopping, the store takes nothing, or no worker
     ├── QuotaUsedUp                 507  the tenant has as much as it may have
     └── StorageFull                 507  the disk, or the object storage, is full
@@ -324,6 +325,13 @@ class StoreAway(ApiProblem):
     """Redis or the blob store cannot be reached."""
 
     type = ProblemType.STORE_AWAY
+
+
+class TooManyUploads(ApiProblem):
+    """Too many uploads are on their way."""
+
+    type = ProblemType.TOO_MANY_UPLOADS
+    headers: ClassVar[dict[str, str]] = {"Retry-After": "10"}
 
 
 class NotReady(ApiProblem):
