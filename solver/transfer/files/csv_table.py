@@ -29,7 +29,8 @@ _TEXT: Final = ":text"
 _NONE: Final = frozenset({"", "nan", "na", "n/a", "null"})
 """Cells without a value among numbers, in lower case."""
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+# Digits are matched in one way only: matching stays linear in the length of a cell.
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _INFINITE = re.compile(r"[+-]?inf(inity)?", re.IGNORECASE)
 
 
