@@ -52,7 +52,9 @@ class WebhookSettings(BaseSettings):
         description="Seconds before the second try; each further pause is three times as long.",
     )
     webhook_timeout: float = Field(
-        default=10.0, gt=0, description="Seconds a receiver may take to answer."
+        default=10.0,
+        gt=0,
+        description="Seconds a try may take: DNS, connection and answer together.",
     )
 
 

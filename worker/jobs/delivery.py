@@ -12,12 +12,11 @@ import http.client
 import socket
 import ssl
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from concurrent.futures import Future
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from http import HTTPStatus
-from threading import Event, Timer
+from threading import Thread
 from typing import Final
 from urllib.parse import SplitResult, urlsplit
 
@@ -113,7 +112,7 @@ def post(
     if webhook.secret is not None:
         headers = headers | {SIGNATURE: sign(body, webhook.secret, int(time.time()))}
     try:
-        status = _status(urlsplit(webhook.url), body, headers, settings)
+        status = _status_in_time(urlsplit(webhook.url), body, headers, settings)
     except ReceiverNotPermitted as error:
         return Outcome(error=str(error), final=True)
     except (OSError, UnicodeError) as error:
@@ -129,20 +128,44 @@ def post(
     )
 
 
+def _status_in_time(
+    url: SplitResult, body: bytes, headers: dict[str, str], settings: WebhookSettings
+) -> int:
+    """Return the status of the answer, with one deadline for DNS, connection and answer.
+
+    Resolvers have no timeout, and that of a socket starts again with each byte received.
+    """
+    status: Future[int] = Future()
+
+    def ask() -> None:
+        try:
+            status.set_result(_status(url, body, headers, settings))
+        except BaseException as error:
+            status.set_exception(error)
+
+    # A daemon: the process, which is that of this job, ends without it.
+    Thread(target=ask, name="webhook", daemon=True).start()
+    seconds = settings.webhook_timeout
+    try:
+        return status.result(seconds)
+    except TimeoutError as error:
+        raise TimeoutError(f"the receiver did not answer within {seconds:g} s") from error
+
+
 def _status(
     url: SplitResult, body: bytes, headers: dict[str, str], settings: WebhookSettings
 ) -> int:
     assert url.hostname is not None
     port = url.port or _PORTS[url.scheme]
     target = (url.path or "/") + (f"?{url.query}" if url.query else "")
-    connection = _connected(_addresses(url.hostname, port, settings), port, settings)
-    with connection, _ended_after(connection, settings.webhook_timeout):
+    with _connected(_addresses(url.hostname, port, settings), port, settings) as connection:
+        connection.settimeout(settings.webhook_timeout)
+        exchange = http.client.HTTPConnection(url.hostname, port)
+        exchange.sock = connection
         if url.scheme == "https":
             # The certificate must be that of the name, not of the address.
             context = ssl.create_default_context()
-            connection = context.wrap_socket(connection, server_hostname=url.hostname)
-        exchange = http.client.HTTPConnection(url.hostname, port)
-        exchange.sock = connection
+            exchange.sock = context.wrap_socket(connection, server_hostname=url.hostname)
         try:
             exchange.request("POST", target, body, {"Host": url.netloc, **headers})
             return exchange.getresponse().status
@@ -169,32 +192,6 @@ def _connected(addresses: list[str], port: int, settings: WebhookSettings) -> so
         with contextlib.suppress(OSError):
             return socket.create_connection((address, port), seconds)
     return socket.create_connection((last, port), seconds)
-
-
-@contextmanager
-def _ended_after(connection: socket.socket, seconds: float) -> Iterator[None]:
-    # The socket's own timeout starts again with each byte received.
-    timed_out = Event()
-    with connection.dup() as same:
-
-        def end() -> None:
-            timed_out.set()
-            with contextlib.suppress(OSError):
-                same.shutdown(socket.SHUT_RDWR)
-
-        timer = Timer(seconds, end)
-        timer.daemon = True
-        timer.start()
-        try:
-            yield
-        except (OSError, http.client.HTTPException) as error:
-            # Both timeouts may end at the same time.
-            if timed_out.is_set() or isinstance(error, TimeoutError):
-                raise TimeoutError(f"the receiver did not answer within {seconds:g} s") from error
-            raise
-        finally:
-            timer.cancel()
-            timer.join()
 
 
 def _is_due(record: JobRecord) -> bool:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from datetime import timedelta
 from pathlib import Path
-from threading import Thread
+from threading import Event, Thread
 from typing import Any
 
 import pytest
@@ -35,7 +35,7 @@ from broker.store import DEFAULT_KEYS
 from broker.webhooks import WebhookSettings, dispatch, retry_delay
 from broker.webhooks.dispatch import LEASE
 from tests.receiver import Receiver, receiving
-from worker.jobs.delivery import post
+from worker.jobs.delivery import Outcome, post
 from worker.jobs.runner import Runner
 
 SECRET = "a secret of more than sixteen letters"
@@ -333,6 +333,25 @@ def test_a_slow_receiver_times_out(queue: JobQueue, receiver: Receiver) -> None:
     delivery = told(queue, job).delivery
     assert delivery is not None
     assert delivery.error == "the receiver did not answer within 0.5 s"
+
+
+@pytest.mark.parametrize("step", ["getaddrinfo", "create_connection"])
+def test_dns_and_connection_count_towards_the_timeout(
+    receiver: Receiver, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    done, function = Event(), getattr(socket, step)
+
+    def wait(*arguments: Any, **options: Any) -> Any:
+        done.wait()
+        return function(*arguments, **options)
+
+    monkeypatch.setattr(socket, step, wait)
+    settings = SETTINGS.model_copy(update={"webhook_timeout": 0.2})
+    try:
+        outcome = post(Webhook(url=here(receiver)), b"", {}, settings)
+    finally:
+        done.set()
+    assert outcome == Outcome(error="the receiver did not answer within 0.2 s")
 
 
 def test_a_receiver_that_refuses_connections(queue: JobQueue) -> None:
