@@ -40,8 +40,8 @@ from broker.store import BlobReference, QuotaExceeded, Store, any_running, size_
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
-"""Seconds for which a key names the job that draws a picture or computes a spectrum: longer than
-that waits. It counts only until the job has ended."""
+"""Seconds for which a key names the job that draws a picture, computes a spectrum or delivers a
+webhook: longer than that waits. It counts only until the job has ended."""
 
 log = logger("isomatch.queue")
 
@@ -179,6 +179,14 @@ class JobQueue:
     def is_drawn(self, payload: PicturePayload) -> bool:
         """Return whether a job is queued to draw a picture, or draws it."""
         return self.store.jobs.named_by([self._drawing(payload)]) != [None]
+
+    def submit_delivery(self, record: JobRecord) -> bool:
+        """Queue the delivery of a webhook; False if another one of the tenant is in flight."""
+        return self._submit_once(record, self.store.keys.delivery) == record.id
+
+    def is_delivering(self) -> bool:
+        """Return whether a job is queued to deliver a webhook of the tenant, or delivers it."""
+        return self.store.jobs.named_by([self.store.keys.delivery]) != [None]
 
     def submit_with_spectra(
         self, payload: SpectralPayload, context: RequestOrigin = NO_REQUEST

@@ -112,6 +112,11 @@ class Keys:
         return self.prefix + "webhooks"
 
     @property
+    def delivery(self) -> str:
+        """Id of the job that delivers a webhook; one of the tenant is delivered at a time."""
+        return self.prefix + "webhooks:delivery"
+
+    @property
     def held(self) -> str:
         """Sorted set by size of the keys of references to the tenant's blobs, and of listed jobs.
 

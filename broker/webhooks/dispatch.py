@@ -1,8 +1,10 @@
 """Dispatch of webhooks: each attempt to deliver one is a job of its own.
 
-The script that ends a job adds its webhook to a list; here a delivery job is queued for each
-webhook that is due. If that job is lost, the webhook is due again after a lease: it is delivered at
-least once, and may be delivered twice.
+The script that ends a job adds its webhook to a list; here a delivery job is queued for the webhook
+of each tenant that is due first, unless another one of the tenant is in flight: deliveries hold
+workers while receivers do not answer. Whoever runs a delivery job dispatches the next. If a job is
+lost, its webhook is due again after a lease: it is delivered at least once, and may be delivered
+twice.
 """
 
 import time
@@ -59,7 +61,7 @@ class WebhookSettings(BaseSettings):
 
 
 def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
-    """Queue a delivery job for each webhook of any tenant that is due.
+    """Queue a delivery job for each tenant with a webhook that is due, and none in flight.
 
     Parameters
     ----------
@@ -69,20 +71,29 @@ def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
         Limit of the attempts.
     """
     for tenant in queue.store.tenants():
-        _dispatch(queue.of(tenant), settings)
+        dispatch_next(queue.of(tenant), settings)
 
 
-def _dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
+def dispatch_next(queue: JobQueue, settings: WebhookSettings) -> None:
+    """Queue a delivery job for a tenant's webhook that is due first, unless one is in flight."""
+    if queue.is_delivering():
+        return
     webhooks, now = queue.store.webhooks, time.time()
     for job_id, since in webhooks.due(now, _BATCH_SIZE):
-        if not webhooks.claim(job_id, since, now + LEASE):
+        if not webhooks.claim(job_id, since, now + LEASE) or _is_being_delivered(queue, job_id):
             continue
         record = queue.store.jobs.readable(job_id)
-        if record is not None:
-            if not _is_being_delivered(queue, job_id):
-                _queue_delivery(queue, record, settings)
-        elif not queue.store.jobs.exists(job_id):
-            webhooks.remove(job_id)
+        if record is None:
+            if not queue.store.jobs.exists(job_id):
+                webhooks.remove(job_id)
+        elif webhooks.attempts(job_id) >= settings.webhook_attempts:
+            _give_up(queue, job_id)
+        elif _queue_delivery(queue, record):
+            return
+        else:
+            # Another process has queued another one: this one stays due.
+            webhooks.claim(job_id, now + LEASE, since)
+            return
 
 
 def retry_delay(attempts: int, settings: WebhookSettings) -> timedelta:
@@ -91,28 +102,31 @@ def retry_delay(attempts: int, settings: WebhookSettings) -> timedelta:
 
 
 def _is_being_delivered(queue: JobQueue, job_id: str) -> bool:
+    # By a job that an older version has queued, beside others of the tenant.
     last = queue.store.webhooks.delivery_job(job_id)
     state = None if last is None else queue.store.jobs.state(last)
     return state is not None and not state.ended
 
 
-def _queue_delivery(queue: JobQueue, record: JobRecord, settings: WebhookSettings) -> None:
+def _give_up(queue: JobQueue, job_id: str) -> None:
+    """Record that the job of the last attempt was lost."""
     webhooks = queue.store.webhooks
-    if webhooks.attempts(record.id) >= settings.webhook_attempts:
-        # The job of the last attempt was lost.
-        lost = Delivery(
-            state=DeliveryState.FAILED,
-            attempts=webhooks.attempts(record.id),
-            last_attempt=datetime.now(UTC),
-            error="the process that tried it was lost",
-        )
-        webhooks.record(record.id, lost)
-        log.warning("webhook given up", job_id=record.id, error=lost.error)
-        return
+    lost = Delivery(
+        state=DeliveryState.FAILED,
+        attempts=webhooks.attempts(job_id),
+        last_attempt=datetime.now(UTC),
+        error="the process that tried it was lost",
+    )
+    webhooks.record(job_id, lost)
+    log.warning("webhook given up", job_id=job_id, error=lost.error)
+
+
+def _queue_delivery(queue: JobQueue, record: JobRecord) -> bool:
+    """Queue the next attempt; False if another webhook of the tenant is in flight."""
     context = RequestOrigin(record.request_id, record.caller, traceparent=record.traceparent)
-    attempt = webhooks.attempts(record.id) + 1
+    attempt = queue.store.webhooks.attempts(record.id) + 1
     job = new_job(DeliveryPayload(job=record.id, attempt=attempt), context)
-    if webhooks.begin(record.id, job.id, attempt):
-        queue.submit(job)
-    else:
-        webhooks.remove(record.id)
+    if not queue.submit_delivery(job):
+        return False
+    queue.store.webhooks.begin(record.id, job.id, attempt)
+    return True

@@ -19,7 +19,7 @@ from broker.queue import JobQueue
 from broker.store import NewerRecord, Store
 from broker.telemetry import logger
 from broker.upkeep import evict_deleted, first_loss
-from broker.webhooks import WebhookSettings
+from broker.webhooks import WebhookSettings, dispatch_next
 from solver.errors import Cancelled
 from worker.jobs.archives import validate_prototype
 from worker.jobs.consistent_maps import map_consistently
@@ -115,6 +115,8 @@ class Runner:
         self.queue.store.counters.observe(record.kind, stages)
         if record.batch is not None:
             self.queue.batches.advance(record.batch)
+        if record.kind is JobKind.WEBHOOK:
+            dispatch_next(self.queue, self.webhooks)
 
     def _claim(self, job_id: str) -> JobRecord | None:
         jobs = self.queue.store.jobs

@@ -422,9 +422,55 @@ def test_a_delivery_in_progress_is_not_queued_again(queue: JobQueue, receiver: R
     queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
     dispatch(queue, SETTINGS)
     assert tries(queue) == [first]
-    due = queue.store.client.zscore(DEFAULT_KEYS.webhooks, job)
-    assert due is not None
-    assert due > time.time() + LEASE / 2
+
+
+def test_webhooks_of_a_tenant_are_delivered_one_by_one(queue: JobQueue, receiver: Receiver) -> None:
+    """Receivers that do not answer would hold all workers."""
+    acme = queue.of("acme")
+    jobs = [ended(queue, here(receiver)) for _ in range(3)]
+    for place, job in enumerate(jobs, start=1):
+        queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: place})
+    other = ended(acme, here(receiver))
+    dispatch(queue, SETTINGS)
+    dispatch(queue, SETTINGS)
+    delivered = []
+    for _ in jobs:
+        # The others' turn does not wait for the next dispatch.
+        (attempt,) = tries(queue)
+        queue.store.client.lrem(queue.rq.current.key, 1, attempt)
+        Runner(queue, "me", SETTINGS).run(attempt)
+        delivered.append(receiver.received[-1].headers["isomatch-delivery"])
+    assert delivered == jobs
+    (attempt,) = tries(acme)
+    Runner(acme, "me", SETTINGS).run(attempt)
+    assert receiver.received[-1].headers["isomatch-delivery"] == other
+
+
+def test_a_lost_delivery_does_not_hold_back_others(queue: JobQueue, receiver: Receiver) -> None:
+    lost, other = ended(queue, here(receiver)), ended(queue, here(receiver))
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {lost: 1.0, other: 2.0})
+    dispatch(queue, SETTINGS)
+    (attempt,) = tries(queue)
+    queue.store.client.lrem(queue.rq.current.key, 1, attempt)
+    queue.store.jobs.lose(attempt, 0, LOST)
+    assert go_round(queue) == 1
+    assert receiver.received[0].headers["isomatch-delivery"] == other
+    # It is due again after its lease.
+    ((name, due),) = queue.store.webhooks.due(time.time() + LEASE, 10)
+    assert (name, due > time.time()) == (lost, True)
+
+
+def test_a_webhook_stays_due_if_another_is_queued_at_the_same_time(
+    queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = ended(queue, here(receiver)), ended(queue, here(receiver))
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {first: 1.0, second: 2.0})
+    dispatch(queue, SETTINGS)
+    monkeypatch.setattr(JobQueue, "is_delivering", lambda self: False)
+    dispatch(queue, SETTINGS)
+    assert len(tries(queue)) == 1
+    assert queue.store.webhooks.due(3.0, 10) == [(second, 2.0)]
+    assert queue.store.webhooks.attempts(second) == 0
 
 
 def test_a_lost_delivery_is_repeated_a_limited_number_of_times(
