@@ -44,7 +44,7 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         description="Seconds a request waits for the next piece of its body, or for space for it.",
     )
     validation_wait: float = Field(
-        default=30.0, ge=0, description="Seconds an upload waits for its validation."
+        default=30.0, ge=0, description="Seconds an upload waits for its turn and its validation."
     )
     picture_wait: float = Field(
         default=60.0, ge=0, description="Seconds a request waits for its picture."

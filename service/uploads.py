@@ -4,7 +4,9 @@ An upload that takes long to validate is answered with its job (202); the client
 it becomes.
 """
 
+import asyncio
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, BinaryIO, Final, Generic
 
@@ -20,7 +22,7 @@ from broker.contracts import (
     PrototypeRecord,
     UploadPayload,
 )
-from broker.store import Keys, RecordLost
+from broker.store import Keys, RecordLost, TooManyQueued
 from broker.telemetry import logger
 from service.dependencies import CallContext, Service
 from service.http import (
@@ -35,6 +37,7 @@ from service.http import (
     QuotaUsedUp,
     Reported,
     StorageFull,
+    TooManyJobs,
     TooManyUploads,
     UnsupportedFormat,
     UploadCancelled,
@@ -55,6 +58,30 @@ UploadName = Annotated[
 log = logger("isomatch.api")
 
 _PARTS: Final = ("file", "name")
+
+_PLACE_INTERVAL: Final = 0.25
+"""Seconds after which an upload that found no place looks again."""
+
+
+async def _wait_for_place(context: CallContext, job: JobRecord, seconds: float) -> float:
+    """Wait until the validation of an upload is admitted; return the seconds that are left.
+
+    The wait also ends when the server stops or the client disconnects.
+
+    Raises
+    ------
+    TooManyQueued
+        It is not admitted within `seconds`.
+    """
+    service = context.service
+    while seconds > 0 and not (service.closing.is_set() or await context.request.is_disconnected()):
+        with suppress(TooManyQueued):
+            await run_in_threadpool(service.queue.admit, job)
+            return seconds
+        await asyncio.sleep(_PLACE_INTERVAL)
+        seconds = max(seconds - _PLACE_INTERVAL, 0.0)
+    await run_in_threadpool(service.queue.admit, job)
+    return seconds
 
 
 async def _known_parts_once(request: Request) -> None:
@@ -188,6 +215,7 @@ class UploadKind(Generic[RecordT]):
                 UploadCancelled,
                 StorageFull,
                 QuotaUsedUp,
+                TooManyJobs,
                 TooManyUploads,
                 self.deleted,
             ),
@@ -214,6 +242,8 @@ class UploadKind(Generic[RecordT]):
         ------
         UploadTooLarge, KeyReused
             The upload is refused unread.
+        TooManyQueued
+            As many uploads are being validated as may be, also after a wait.
         Reported
             The upload is not usable.
         UploadCancelled, ApiProblem
@@ -222,16 +252,38 @@ class UploadKind(Generic[RecordT]):
         service = context.service
         if file.size is not None and file.size > service.settings.max_upload_bytes:
             raise UploadTooLarge.over(service.settings.max_upload_bytes)
-        async with service.uploading:
-            payload = await run_in_threadpool(describe, file.file)
-            known, job_id = await run_in_threadpool(self._submit, context, file.file, payload)
+        seconds, refused = service.settings.validation_wait, None
+        try:
+            accepted = await self._accept(context, file, describe)
+        except TooManyQueued as error:
+            refused = error.record
+        if refused is not None:
+            # Clients that send many files at once would be refused otherwise.
+            seconds = await _wait_for_place(context, refused, seconds)
+            accepted = await self._accept(context, file, describe, refused)
+        known, payload, job_id = accepted
         # Others take its place while the validation is awaited.
         await file.close()
         context.request.state.give_back_space()
         if known is not None:
             return self.show(self.named(known, payload.name), 200)
-        job = await service.wait_for(job_id, service.settings.validation_wait, context.request)
+        job = await service.wait_for(job_id, seconds, context.request)
         return await run_in_threadpool(self._validated, service, payload, job_id, job)
+
+    async def _accept(
+        self,
+        context: UploadContext,
+        file: UploadFile,
+        describe: Callable[[BinaryIO], UploadPayload],
+        admitted: JobRecord | None = None,
+    ) -> tuple[RecordT | None, UploadPayload, str]:
+        """Return the record of content that is known, or submit its validation."""
+        async with context.service.uploading:
+            payload = await run_in_threadpool(describe, file.file)
+            known, job_id = await run_in_threadpool(
+                self._submit, context, file.file, payload, admitted
+            )
+        return known, payload, job_id
 
     def show(self, record: RecordT, status: int = 200) -> Response:
         """Return the answer with a record and its address."""
@@ -264,7 +316,11 @@ class UploadKind(Generic[RecordT]):
         return None
 
     def _submit(
-        self, context: UploadContext, data: BinaryIO, payload: UploadPayload
+        self,
+        context: UploadContext,
+        data: BinaryIO,
+        payload: UploadPayload,
+        admitted: JobRecord | None,
     ) -> tuple[RecordT | None, str]:
         service = context.service
         if context.key is not None:
@@ -277,11 +333,14 @@ class UploadKind(Generic[RecordT]):
         records = self.becomes.records(service.store)
         known = records.use(payload.upload)
         if known is not None and not records.lost(payload.upload):
+            if admitted is not None:
+                service.store.admission.release(admitted)
             return known, ""
         if known is not None:
             # The record stays: an equal upload may be restoring it now.
             log.warning("lost content is uploaded again", upload=payload.upload)
-        return None, service.queue.submit_validation(payload, data, context.origin)
+        job_id = service.queue.submit_validation(payload, data, context.origin, admitted)
+        return None, job_id
 
     def _validated(
         self, service: Service, payload: UploadPayload, job_id: str, job: JobRecord | None

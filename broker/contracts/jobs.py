@@ -407,3 +407,8 @@ class JobRecord(BaseModel):
     def is_listed(self) -> bool:
         """Whether a user asked for it itself, not for what it is a part of."""
         return self.kind.has_result and self.batch is None
+
+    @property
+    def is_upload(self) -> bool:
+        """Whether it validates an upload."""
+        return self.kind in UNUSABLE

@@ -80,7 +80,10 @@ class QueueSettings(BaseSettings):
         " one its job is given to another. API and workers need the same.",
     )
     max_queued_jobs: int = Field(
-        default=1000, ge=0, description="Jobs a caller may have queued at a time; 0 for any number."
+        default=1000,
+        ge=0,
+        description="Jobs a caller may have queued at a time, and as many uploads to be validated;"
+        " 0 for any number.",
     )
 
     def timeout(self, kind: JobKind) -> int:

@@ -10,6 +10,7 @@ from typing import BinaryIO, Final, Self
 
 from redis.client import Pipeline
 
+from broker.blobs import BlobError
 from broker.contracts import (
     BatchPayload,
     DissimilaritiesPayload,
@@ -115,7 +116,11 @@ class JobQueue:
         return None if job_id is None else self.store.jobs.get(job_id)
 
     def submit_validation(
-        self, payload: UploadPayload, data: bytes | BinaryIO, context: RequestOrigin = NO_REQUEST
+        self,
+        payload: UploadPayload,
+        data: bytes | BinaryIO,
+        context: RequestOrigin = NO_REQUEST,
+        admitted: JobRecord | None = None,
     ) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
@@ -127,6 +132,8 @@ class JobQueue:
             Its bytes, or a file of them.
         context
             The request.
+        admitted
+            The job, if it was admitted already.
 
         Returns
         -------
@@ -135,16 +142,17 @@ class JobQueue:
 
         Raises
         ------
+        TooManyQueued
+            The caller or its tenant has as many uploads being validated as it may have.
         BlobsFull, BlobsAway
             The bytes cannot be stored.
         QuotaExceeded
             The tenant has as many shapes or bytes as it may have.
         """
-        record = new_job(payload, context)
+        record = admitted or new_job(payload, context)
         stored: BlobReference | None = None
         is_shape = isinstance(payload, ValidationPayload)
         size = size_of(data)
-        self.store.quotas.check(size, is_shape)
         uploads, named = self.store.uploads, (payload.upload, payload.file_type)
 
         def attempt(pipe: Pipeline) -> str:
@@ -154,6 +162,7 @@ class JobQueue:
                 # A candidate that was put for nothing is left to the sweep: if the reply to the
                 # transaction was lost, the holder may be this very job.
                 return holder
+            self.admit(record)
             stored = stored or uploads.put_candidate(*named, data, record.id)
             try:
                 # Once more, in the transaction: others may have been taken meanwhile.
@@ -166,11 +175,29 @@ class JobQueue:
             uploads.add_candidate(*named, stored, record.id, pipe)
             return record.id
 
-        # Repeated if an equal upload was first, or if the tenant got something else.
-        holder = transact(self.store.client, attempt)
+        try:
+            self.store.quotas.check(size, is_shape)
+            # Repeated if an equal upload was first, or if the tenant got something else.
+            holder = transact(self.store.client, attempt)
+        except (BlobError, QuotaExceeded):
+            self.store.admission.release(record)
+            raise
         if holder == record.id:
             _log_queued(record)
+        else:
+            self.store.admission.release(record)
         return holder
+
+    def admit(self, record: JobRecord) -> None:
+        """Count a job that is about to be submitted towards the limits; it is counted once.
+
+        Raises
+        ------
+        TooManyQueued
+            The caller or its tenant has as many as it may have.
+        """
+        limits = self.settings.max_queued_jobs, self.store.quotas.get().jobs
+        self.store.admission.admit(record, *limits)
 
     def submit_picture(self, payload: PicturePayload, context: RequestOrigin = NO_REQUEST) -> str:
         """Queue the drawing of a picture unless it is being drawn; return the job that draws it."""
@@ -325,11 +352,9 @@ class JobQueue:
             reserved = self.store.admission.reserve(idempotency, record.id)
             record = record.model_copy(update={"id": reserved})
         if record.is_listed:
-            limit = self.settings.max_queued_jobs
             if self.store.jobs.state(record.id) is None:
                 self.store.quotas.check(size=1)
-            mine = self.store.quotas.get().jobs
-            self.store.admission.admit(record.caller, record.id, limit, mine)
+            self.admit(record)
         return record
 
     def _submit(self, record: JobRecord, idempotency: IdempotencyRecord | None) -> JobRecord:

@@ -1,4 +1,8 @@
-"""Admission of jobs: idempotency records of requests, and the callers' quotas of queued jobs."""
+"""Admission of jobs: idempotency records of requests, and the limits of callers and tenants.
+
+Validations of uploads have the same limits as jobs, and are counted apart: an upload, which ends
+soon, needs not wait for jobs that take hours.
+"""
 
 import time
 from dataclasses import dataclass
@@ -7,13 +11,16 @@ from typing import Final
 from redis import Redis
 from redis.client import Pipeline
 
-from broker.contracts import IdempotencyRecord
+from broker.contracts import IdempotencyRecord, JobRecord
 from broker.store import scripts
 from broker.store.keys import Keys
 from broker.store.replies import text
 
 RESERVATION_SECONDS: Final = 60
 """Seconds for which a request may take to store the job whose id or place it has reserved."""
+
+_COUNTED_SECONDS: Final = 30 * 86400
+"""Seconds for which a place is counted if no other is taken: longer than a job waits and runs."""
 
 
 class KeyReused(ValueError):
@@ -25,15 +32,17 @@ class TooManyQueued(Exception):
 
     Parameters
     ----------
+    record
+        The job that is not admitted.
     limit
-        Number of jobs the caller or the tenant may have.
+        Number of jobs, or of validations if it is one, the caller or the tenant may have.
     of_tenant
         Whether it is the tenant's limit.
     """
 
-    def __init__(self, limit: int, of_tenant: bool = False) -> None:
+    def __init__(self, record: JobRecord, limit: int, of_tenant: bool = False) -> None:
         super().__init__(f"{limit} jobs are queued already")
-        self.limit, self.of_tenant = limit, of_tenant
+        self.record, self.limit, self.of_tenant = record, limit, of_tenant
 
 
 @dataclass(frozen=True)
@@ -107,14 +116,12 @@ class Admission:
         self.client.set(key, entry, nx=True, ex=idempotency.seconds)
         self.job_of(idempotency)
 
-    def admit(self, caller: str | None, job_id: str, limit: int, tenant_limit: int = 0) -> None:
+    def admit(self, record: JobRecord, limit: int, tenant_limit: int = 0) -> None:
         """Count a job that is about to be stored towards its caller's and its tenant's quota.
 
         Parameters
         ----------
-        caller
-            Name of the caller's API key.
-        job_id
+        record
             The job; it is counted once.
         limit
             Number of jobs the caller may have queued; 0 for no limit.
@@ -126,9 +133,15 @@ class Admission:
         TooManyQueued
             The quota is used up.
         """
-        counted = [self.keys.queued_by(caller), self.keys.admitted]
         limits = limit, tenant_limit
-        arguments = job_id, time.time(), *limits, self.keys.job(""), RESERVATION_SECONDS
-        answer = scripts.ADMIT_JOB(self.client, counted, *arguments)
+        times = RESERVATION_SECONDS, _COUNTED_SECONDS
+        arguments = record.id, time.time(), *limits, self.keys.job(""), *times
+        answer = scripts.ADMIT_JOB(self.client, list(self.keys.counted(record)), *arguments)
         if answer <= 0:
-            raise TooManyQueued(limit if answer == 0 else tenant_limit, of_tenant=answer < 0)
+            reached = limit if answer == 0 else tenant_limit
+            raise TooManyQueued(record, reached, of_tenant=answer < 0)
+
+    def release(self, record: JobRecord) -> None:
+        """Give back the place of an admitted job that will not be stored."""
+        for key in self.keys.counted(record):
+            self.client.zrem(key, record.id)

@@ -82,7 +82,8 @@ class StoreSettings(BaseSettings):
     tenant_jobs: int = Field(
         default=0,
         ge=0,
-        description="Jobs a tenant may have queued or running at a time; 0 for any number.",
+        description="Jobs a tenant may have queued or running at a time, and as many uploads being"
+        " validated; 0 for any number.",
     )
     candidate_ttl: int = Field(
         default=3600, ge=1, description="Seconds an upload waits for its validation at most."

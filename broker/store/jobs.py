@@ -90,8 +90,8 @@ class Jobs:
             fields["kept"] = str(min(self.settings.job_ttl, _SERVING_SECONDS))
         if record.webhook is not None:
             fields["webhook"] = record.webhook.url
-        if record.is_listed:
-            fields["quota"] = self.keys.queued_by(record.caller)
+        if record.is_listed or record.is_upload:
+            fields["quota"], _ = self.keys.counted(record)
         pipe.hset(self.keys.job(record.id), mapping=fields)
         pipe.hincrby(Keys.COUNTERS, f"submitted|{record.kind.value}", 1)
         pipe.zadd(self.keys.active_jobs, {record.id: created})
@@ -343,6 +343,7 @@ class Jobs:
         names += [Keys.COUNTERS, self.keys.webhooks, self.keys.job_result(job_id)]
         names += [self.keys.held, self.keys.admitted]
         names += [self.keys.job_arrays(job_id), self.keys.job_summary(job_id)]
+        names += [self.keys.validating]
         return script(self.client, names, job_id, *arguments)
 
 

@@ -15,7 +15,7 @@ import re
 from dataclasses import dataclass
 from typing import ClassVar, Final, Self
 
-from broker.contracts import DEFAULT_TENANT, TENANT_NAME
+from broker.contracts import DEFAULT_TENANT, TENANT_NAME, JobRecord
 
 PREFIX: Final = "isomatch:"
 _OWNED: Final = re.compile(re.escape(PREFIX) + r"tenant:([^:]+):")
@@ -129,6 +129,11 @@ class Keys:
     def admitted(self) -> str:
         """Sorted set of the listed jobs' ids that have not ended, by time of admission."""
         return self.prefix + "admitted"
+
+    @property
+    def validating(self) -> str:
+        """Sorted set of the ids of validations that have not ended, by time of admission."""
+        return self.prefix + "validating"
 
     @classmethod
     def owning(cls, key: str) -> Self:
@@ -259,6 +264,16 @@ class Keys:
     def queued_by(self, caller: str | None) -> str:
         """Sorted set of the ids of the jobs that a caller has queued, by time of admission."""
         return f"{self.prefix}queued:{caller or ''}"
+
+    def validations_by(self, caller: str | None) -> str:
+        """Sorted set of the ids of the validations that a caller has queued, by admission."""
+        return f"{self.prefix}validations:{caller or ''}"
+
+    def counted(self, record: JobRecord) -> tuple[str, str]:
+        """Sets in which a job counts towards the limits of its caller and of the tenant."""
+        if record.is_upload:
+            return self.validations_by(record.caller), self.validating
+        return self.queued_by(record.caller), self.admitted
 
     def jobs_in(self, state: str) -> str:
         """Sorted set of the listed jobs' ids in one state, by time of creation."""

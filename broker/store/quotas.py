@@ -52,7 +52,7 @@ class Quota:
     bytes
         Bytes of what is kept: uploads, meshes, results, and records of listed jobs.
     jobs
-        Listed jobs that are queued or running.
+        Listed jobs that are queued or running; and, counted apart, validations of uploads.
     """
 
     shapes: int = 0

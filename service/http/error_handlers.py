@@ -70,10 +70,11 @@ def _key_reused(request: Request, error: Exception) -> Response:
 
 def _too_many(request: Request, error: Exception) -> Response:
     assert isinstance(error, TooManyQueued)
-    detail = f"You have {error.limit} queued jobs, the most allowed; wait until some have begun."
+    jobs = "validations of uploads" if error.record.is_upload else "jobs"
+    detail = f"You have {error.limit} queued {jobs}, the most allowed; wait until some have begun."
     if error.of_tenant:
         detail = (
-            f"Your tenant has {error.limit} jobs queued or running, the most allowed; wait until"
+            f"Your tenant has {error.limit} {jobs} queued or running, the most allowed; wait until"
             " some have ended."
         )
     return _refused(request, TooManyJobs(detail))

@@ -298,7 +298,7 @@ class UnusableAttributes(ApiProblem):
 
 
 class TooManyJobs(ApiProblem):
-    """The caller has as many jobs queued as it may have."""
+    """The caller has as many jobs queued, or uploads being validated, as it may have."""
 
     type = ProblemType.TOO_MANY_JOBS
     headers: ClassVar[dict[str, str]] = {"Retry-After": "10"}

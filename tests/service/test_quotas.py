@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import cast
 
 import httpx2
@@ -10,7 +11,8 @@ import pytest
 
 from broker.store import Quotas
 from service.settings import Settings
-from tests.service.conftest import Api, problem, running_api
+from service.standalone import EmbeddedServer
+from tests.service.conftest import Api, idle_api, problem, running_api
 from tests.worker.figures import blob_file
 
 MATCH = {"points": 8, "coarse_points": 8, "orientation": False}
@@ -99,6 +101,34 @@ def test_uploads_at_once_do_not_pass_the_quota_of_bytes(shared: Api, ann: httpx2
         watching.result()
     assert 507 in codes
     assert most[0] <= limit
+
+
+def test_uploads_at_once_wait_for_their_turn(shared: Api, ann: httpx2.Client) -> None:
+    quotas(shared).set(jobs=1)
+    with ThreadPoolExecutor(6) as threads:
+        answers = list(threads.map(partial(sent, ann), range(250, 256)))
+    assert {answer.status_code for answer in answers} == {201}
+    # Whoever waits for a place holds none if the bytes are known by then.
+    with ThreadPoolExecutor(3) as threads:
+        answers = list(threads.map(partial(sent, ann), [256, 257, 257]))
+    assert sorted(answer.status_code for answer in answers)[-2:] == [201, 201]
+    assert sent(ann, 258).status_code == 201
+    store = shared.store.of("small")
+    assert not store.client.exists(store.keys.validating, store.keys.validations_by("ann"))
+
+
+def test_an_upload_that_finds_no_place_is_refused(server: EmbeddedServer) -> None:
+    with (
+        idle_api(server, tenant_jobs=1, validation_wait=0.2) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        assert sent(http, 260).status_code == 202
+        stored = api.store.client.zcard(api.store.keys.held)
+        refused = sent(http, 261)
+        document = problem(refused, 429, "too-many-jobs")
+        assert "Your tenant has 1 validations of uploads queued" in document["detail"]
+        assert refused.headers["retry-after"]
+        assert api.store.client.zcard(api.store.keys.held) == stored
 
 
 def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> None:

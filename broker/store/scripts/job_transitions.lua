@@ -2,7 +2,7 @@
 --
 -- KEYS  1 job, 2 active jobs, 3 to 7 index of each state, 8 counters, 9 webhooks, 10 result,
 --       11 sizes of the tenant's blobs, 12 jobs that count towards the tenant's quota,
---       13 result as arrays, 14 result in brief
+--       13 result as arrays, 14 result in brief, 15 validations that count towards it
 -- ARGV  1 job's id
 -- Each script returns the state the job is in afterwards, false if there is no such job; some also
 -- return its runner.
@@ -10,7 +10,7 @@ local INDEX = {queued = 3, running = 4, succeeded = 5, failed = 6, cancelled = 7
 local state = redis.call('HGET', KEYS[1], 'state')
 local runner = redis.call('HGET', KEYS[1], 'runner')
 local kind = redis.call('HGET', KEYS[1], 'kind') or '?'
--- Key of the caller's queued jobs; only listed jobs count towards the quota.
+-- Key of the caller's queued jobs or validations; only listed jobs and validations have one.
 local quota = redis.call('HGET', KEYS[1], 'quota')
 
 local function count(name, label)
@@ -47,6 +47,7 @@ local function finish(from, to, now, ttl)
     move(from, to)
     count('ended', to)
     redis.call('ZREM', KEYS[12], ARGV[1])
+    redis.call('ZREM', KEYS[15], ARGV[1])
     redis.call('ZREM', KEYS[2], ARGV[1])
     redis.call('HSET', KEYS[1], 'ended', now)
     -- The field 'kept' holds the ttl of a job that serves another.

@@ -4,14 +4,24 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from broker.contracts import JobState, MatchParameters, MatchPayload
+from broker.blobs import BlobsFull
+from broker.contracts import (
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    Problem,
+    ProblemType,
+    ValidationPayload,
+)
 from broker.queue import JobQueue, QueueSettings, new_job
 from broker.store import DEFAULT_KEYS, Store, TooManyQueued
+from broker.store.uploads import Uploads
 from tests.worker.figures import blob_file
 from tests.workers import validation
 from worker.jobs.runner import Runner
 
 PAYLOAD = MatchPayload(source="a", target="b", parameters=MatchParameters())
+LOST = Problem.of(ProblemType.WORKER_LOST, "its process is gone")
 
 
 def test_jobs_count_until_they_have_ended(store: Store) -> None:
@@ -30,6 +40,76 @@ def test_jobs_count_until_they_have_ended(store: Store) -> None:
     with pytest.raises(TooManyQueued):
         queue.submit(new_job(PAYLOAD))
     JobQueue(store.of("other"), QueueSettings()).submit(new_job(PAYLOAD))
+
+
+def test_validations_count_until_they_have_ended(store: Store) -> None:
+    """Apart from jobs: an upload does not wait for a match that takes hours."""
+    queue = JobQueue(store.of("small"), QueueSettings())
+    jobs, held = queue.store.jobs, queue.store.keys.held
+    queue.store.quotas.set(jobs=1)
+    queue.submit(new_job(PAYLOAD))
+
+    def end(job: str, how: str) -> None:
+        if how == "cancelled":
+            queue.cancel(job)
+        else:
+            assert jobs.claim(job, "me")
+        if how == "succeeded":
+            assert jobs.succeed(job, "me")
+        if how == "lost":
+            assert jobs.lose(job, 1, LOST) is JobState.QUEUED
+            refused(100)
+            assert jobs.lose(job, 1, LOST) is JobState.FAILED
+
+    def refused(seed: int) -> None:
+        before = store.client.zcard(held)
+        with pytest.raises(TooManyQueued) as error:
+            validation(queue, blob_file(1, seed))
+        assert (error.value.of_tenant, error.value.record.is_upload) == (True, True)
+        assert store.client.zcard(held) == before
+
+    for seed, how in enumerate(("cancelled", "succeeded", "lost")):
+        job = validation(queue, blob_file(1, seed))
+        # The same bytes are no second upload.
+        assert validation(queue, blob_file(1, seed)) == job
+        refused(100)
+        end(job, how)
+    with pytest.raises(TooManyQueued) as error:
+        queue.submit(new_job(PAYLOAD))
+    assert not error.value.record.is_upload
+
+
+def test_no_place_is_reserved_for_ever(queue: JobQueue) -> None:
+    """A process may die before it stores the job."""
+    queue.admit(new_job(PAYLOAD))
+    queue.admit(new_job(ValidationPayload(shape="a", name="a", file_type="off")))
+    keys, client = queue.store.keys, queue.store.client
+    for key in (keys.admitted, keys.validating, keys.queued_by(None), keys.validations_by(None)):
+        assert client.ttl(key) > 0
+
+
+def test_callers_have_a_limit_of_queued_validations(store: Store) -> None:
+    queue = JobQueue(store, QueueSettings(max_queued_jobs=1))
+    job = validation(queue, blob_file(1))
+    with pytest.raises(TooManyQueued):
+        validation(queue, blob_file(1, 1))
+    assert store.jobs.claim(job, "me")
+    validation(queue, blob_file(1, 1))
+
+
+def test_an_upload_that_is_refused_gives_back_its_place(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    queue.store.quotas.set(jobs=1)
+
+    def full(*_: object) -> None:
+        raise BlobsFull
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Uploads, "put_candidate", full)
+        with pytest.raises(BlobsFull):
+            validation(queue, blob_file(1))
+    validation(queue, blob_file(1))
 
 
 @pytest.mark.parametrize("running", [False, True])

@@ -6,7 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 import httpx2
 import pytest
 
-from broker.contracts import Problem, ProblemType, shape_id
+from broker.contracts import MatchParameters, MatchPayload, Problem, ProblemType, shape_id
+from broker.queue import new_job
 from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
@@ -156,8 +157,10 @@ def test_no_more_than_that_at_the_same_time_either(http: httpx2.Client) -> None:
 
 
 def test_places_of_those_who_died_before_they_used_them(http: httpx2.Client, api: Api) -> None:
-    for name in ("x", "y", "z"):
-        api.store.admission.admit(None, name, LIMIT)
+    payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
+    for _ in range(LIMIT):
+        job = new_job(payload)
+        api.store.admission.admit(job, LIMIT)
     assert ask(http).status_code == 429
-    api.store.client.zincrby(DEFAULT_KEYS.queued_by(None), -100, "y")
+    api.store.client.zincrby(DEFAULT_KEYS.queued_by(None), -100, job.id)
     assert [ask(http).status_code for _ in range(2)] == [202, 429]
