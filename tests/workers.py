@@ -101,6 +101,16 @@ def ended(queue: JobQueue, job_id: str, seconds: float = 240.0) -> JobRecord:
     raise AssertionError(f"{record} did not end")
 
 
+def nothing_is_left(store: Store, *words: str) -> None:
+    """Wait until no key has all these words: an upload is deleted when its job has failed."""
+    deadline = time.monotonic() + 60
+    while left := [
+        key for key in store.client.keys("*") if all(word.encode() in key for word in words)
+    ]:
+        assert time.monotonic() < deadline, left
+        time.sleep(0.01)
+
+
 def horses(worker: int) -> list[int]:
     """Processes that a worker has forked; Linux only."""
     children = Path(f"/proc/{worker}/task/{worker}/children").read_text()

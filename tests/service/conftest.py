@@ -194,16 +194,6 @@ def idle_api(server: EmbeddedServer, **settings: Any) -> Iterator[Api]:
             yield api
 
 
-def nothing_is_left(api: Api, *words: str) -> None:
-    """Wait until no key has all these words: an upload is deleted when its job has failed."""
-    deadline = time.monotonic() + 60
-    while left := [
-        key for key in api.store.client.keys("*") if all(word.encode() in key for word in words)
-    ]:
-        assert time.monotonic() < deadline, left
-        time.sleep(0.01)
-
-
 def problem(answer: httpx2.Response, status: int, slug: str) -> Json:
     """Assert that an answer is a problem document of a kind, and return it."""
     assert answer.status_code == status, answer.text

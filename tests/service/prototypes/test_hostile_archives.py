@@ -11,9 +11,10 @@ import httpx2
 import numpy as np
 import pytest
 
-from tests.service.conftest import Api, Json, nothing_is_left, problem
+from tests.service.conftest import Api, Json, problem
 from tests.service.prototypes.test_prototypes import SHARED, learn, send
 from tests.worker.families import family, member
+from tests.workers import nothing_is_left
 
 
 @pytest.fixture(scope="module")
@@ -155,7 +156,7 @@ def test_unreadable_archives_are_refused_and_leave_nothing(
     assert len(document["detail"]) > 10
     assert "trust" not in document["detail"]
     problem(http.get(f"/v1/prototypes/p-{name}"), 404, "prototype-not-found")
-    nothing_is_left(api, name)
+    nothing_is_left(api.store, name)
 
 
 ODD: dict[str, Callable[[bytes], bytes]] = {

@@ -20,8 +20,9 @@ from broker.contracts import Problem, ProblemType
 from broker.store import Durability
 from service.dependencies import UPLOADS_AT_ONCE
 from service.standalone import EmbeddedServer
-from tests.service.conftest import LIMIT, Api, Json, idle_api, nothing_is_left, problem
+from tests.service.conftest import LIMIT, Api, Json, idle_api, problem
 from tests.worker.figures import blob, blob_file, off
+from tests.workers import nothing_is_left
 from worker.pictures import source_view
 
 Upload = Callable[..., Json]
@@ -217,7 +218,7 @@ def test_unreadable_meshes_are_refused_and_leave_nothing(
     assert len(document["detail"]) > 10
     assert document["errors"] == [{"field": "body.file", "message": document["detail"]}]
     problem(http.get(f"/v1/shapes/{name}"), 404, "shape-not-found")
-    nothing_is_left(api, name)
+    nothing_is_left(api.store, name)
 
 
 def test_a_nan_among_coordinates_is_named(http: httpx2.Client) -> None:

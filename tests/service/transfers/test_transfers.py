@@ -25,7 +25,7 @@ from solver.transfer.files import (
     write_npz,
     write_surface,
 )
-from tests.service.conftest import Api, Json, nothing_is_left, problem
+from tests.service.conftest import Api, Json, problem
 from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
@@ -40,6 +40,7 @@ from tests.solver.mesh.textures.textured_files import (
     zipped_obj,
 )
 from tests.worker.figures import blob_file
+from tests.workers import nothing_is_left
 
 Upload = Callable[..., Json]
 
@@ -690,7 +691,7 @@ def test_hostile_files_are_refused_and_leave_nothing(
     http: httpx2.Client, api: Api, name: str, data: bytes, message: str
 ) -> None:
     assert message in problem(send(http, data, name), 422, "unusable-attributes")["detail"]
-    nothing_is_left(api, "candidate", ":a-")
+    nothing_is_left(api.store, "candidate", ":a-")
 
 
 def test_unknown_formats_are_refused(http: httpx2.Client) -> None:

@@ -26,7 +26,7 @@ from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh
 from tests.worker.figures import blob, blob_file, off, two_blobs_file
-from tests.workers import ended, horses, validation
+from tests.workers import ended, horses, nothing_is_left, validation
 from worker.jobs import mesh_from_bytes
 from worker.jobs.match_results import result_from_blob
 
@@ -67,7 +67,7 @@ def test_an_upload_that_is_not_a_mesh_is_refused_and_deleted(served: JobQueue) -
     assert record.error is not None
     assert record.error.slug == "unusable-mesh"
     assert record.error.status == 422
-    assert not [key for key in served.store.client.keys("*") if shape.encode() in key]
+    nothing_is_left(served.store, shape)
 
 
 def test_a_match_is_stored(served: JobQueue, run: Run, upload: Upload) -> None:
