@@ -1,5 +1,8 @@
 """The manifests for Kubernetes: confined pods, honest probes, no busy worker that is stopped."""
 
+import subprocess
+from pathlib import Path
+from shutil import which
 from typing import Any
 
 import kubernetes_validate
@@ -186,5 +189,16 @@ def test_kustomizations_name_all_files() -> None:
     for file in KUBERNETES.rglob("kustomization.yaml"):
         kustomization = yaml.safe_load(file.read_text())
         beside = {each.name for each in file.parent.glob("*.yaml")} - {file.name}
-        assert set(kustomization["resources"]) - {".."} == beside
-        assert {image["name"] for image in kustomization["images"]} == set(OURS)
+        assert set(kustomization["resources"]) == beside
+        text = "".join((file.parent / each).read_text() for each in beside)
+        run = {name for name in OURS if f"image: {name}\n" in text}
+        assert {image["name"] for image in kustomization["images"]} == run
+
+
+@pytest.mark.skipif(which("kubectl") is None, reason="needs kubectl")
+@pytest.mark.parametrize("folder", [KUBERNETES, KUBERNETES / "autoscaling"], ids=lambda it: it.name)
+def test_kustomizations_can_be_built(folder: Path) -> None:
+    command = ["kubectl", "kustomize", str(folder)]
+    built = subprocess.run(command, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+    assert all(each["kind"] for each in yaml.safe_load_all(built.stdout))
