@@ -269,13 +269,19 @@ class Jobs:
         return _state(answer)
 
     def lose(
-        self, job_id: str, losses_allowed: int, reason: Problem, runner: str | None = None
+        self,
+        job_id: str,
+        losses_allowed: int,
+        reason: Problem,
+        runner: str | None = None,
+        loss: str | None = None,
     ) -> JobState | None:
         """Record that the process of a job was lost; return the job's state then.
 
         It is queued again up to `losses_allowed` losses in all, then fails with `reason`; it is
         cancelled if that was requested. A job that a runner other than `runner` holds is left as it
-        is; None stands for whichever holds it.
+        is; None stands for whichever holds it. A loss of the same name as the last one, `loss`, is
+        not counted again: whoever recorded it failed before the job was back in the queue.
         """
         answer = self._run(
             scripts.LOSE_JOB,
@@ -285,6 +291,7 @@ class Jobs:
             losses_allowed,
             reason.model_dump_json(),
             runner or "",
+            loss or "",
         )
         return _state(answer)
 

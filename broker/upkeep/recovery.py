@@ -105,7 +105,8 @@ def handle_lost_process(
     """
     store = store.of(tenant_of(job))
     record = store.jobs.readable(job.id)
-    state = store.jobs.lose(job.id, losses_allowed, reason or lost_process(record, how), worker)
+    problem = reason or lost_process(record, how)
+    state = store.jobs.lose(job.id, losses_allowed, problem, worker, _execution_of(job))
     job.retries_left = 1 if state is JobState.QUEUED else 0
     # A job whose process was killed has waited already. One that the store failed waits again.
     job.enqueue_at_front_on_retry = reason is None
@@ -113,6 +114,12 @@ def handle_lost_process(
     if state is not JobState.RUNNING:
         _trace_loss(store, record, state, how)
         _clean_up(store, record, state, how)
+
+
+def _execution_of(job: Job) -> str | None:
+    """Return the execution that RQ still registers for a job: until it has queued it again."""
+    registered = job.started_job_registry.get_job_and_execution_ids(cleanup=False)
+    return next((execution for job_id, execution in registered if job_id == job.id), None)
 
 
 @dataclass(frozen=True)
@@ -235,7 +242,8 @@ class _Pass:
             store.client.hset(store.keys.unseen_jobs, record.id, str(time.time()))
         elif time.time() - since > self.timeouts.unknown.total_seconds():
             reason = lost_process(record, "its worker is gone")
-            state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason)
+            loss = f"unknown since {since}"
+            state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason, loss=loss)
             log.warning("job was lost", job_id=record.id, state=state)
             _trace_loss(store, record, state, "its worker is gone")
             _clean_up(store, record, state, "its worker is gone")

@@ -138,7 +138,7 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
     def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
         # The runner handles the errors of jobs; these are RQ's own, or the store's.
         how = "its worker is gone" if kind is AbandonedJobError else kind.__name__
-        reason = store_away() if issubclass(kind, BlobError) else None
+        reason = store_away() if issubclass(kind, (BlobError, RedisError)) else None
         with exporting("worker"):
             handle_lost_process(store, job, how, LOSSES_WITH_WORKER, job.worker_name, reason)
 

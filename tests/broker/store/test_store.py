@@ -167,6 +167,16 @@ def test_a_job_fails_after_too_many_losses(store: Store) -> None:
     assert record.error == BROKEN
 
 
+def test_a_loss_is_counted_once(store: Store) -> None:
+    job = running(store.jobs)
+    for _ in range(5):
+        assert store.jobs.lose(job, 1, BROKEN, "r", "first") is JobState.QUEUED
+    assert store.jobs.claim(job, "r2")
+    # Whoever has recorded the first loss comes late.
+    assert store.jobs.lose(job, 1, BROKEN, loss="first") is JobState.RUNNING
+    assert store.jobs.lose(job, 1, BROKEN, "r2", "second") is JobState.FAILED
+
+
 def test_cancelling(store: Store) -> None:
     queued = stored(store.jobs)
     assert store.jobs.cancel(queued) is JobState.CANCELLED

@@ -6,14 +6,16 @@ import time
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
+from redis.exceptions import OutOfMemoryError
 from rq.executions import Execution
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from broker.contracts import BatchPayload, JobState, MatchParameters, MatchPayload, shape_id
-from broker.queue import JobQueue, new_job
+from broker.queue import FairQueue, JobQueue, new_job
 from broker.store import DEFAULT_KEYS, Keys
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from tests.worker.figures import blob_file
@@ -108,6 +110,50 @@ def test_a_half_expired_execution_does_not_end_recovery(queue: JobQueue, field: 
     assert set(queue.rq.current.get_job_ids()) == {job for job, _ in jobs}
     states = {queue.of("acme").store.jobs.state(job) for job, _ in jobs}
     assert states == {JobState.QUEUED}
+
+
+class Full:
+    """A store that is full, for some times, when a job is to be put back into its queue."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, of: type, method: str) -> None:
+        self.left = 2 * LOSSES_WITH_WORKER
+        put = getattr(of, method)
+
+        def refused(*arguments: Any, **options: Any) -> None:
+            if self.left:
+                self.left -= 1
+                raise OutOfMemoryError("command not allowed when used memory > 'maxmemory'.")
+            put(*arguments, **options)
+
+        monkeypatch.setattr(of, method, refused)
+
+
+def test_a_loss_counts_once_however_often_the_store_is_full(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, _ = executing(queue)
+    full = Full(monkeypatch, Job, "retry")
+    while full.left:
+        with pytest.raises(OutOfMemoryError):
+            recover(queue)
+    recover(queue)
+    assert queue.rq.current.get_job_ids() == [job]
+    assert queue.store.client.hget(queue.of("acme").store.keys.job(job), "losses") == b"1"
+
+
+def test_a_job_unknown_to_rq_is_lost_once_however_often_the_store_is_full(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = validation(queue, blob_file(1))
+    queue.store.client.lpop(queue.rq.current.key)
+    recover(queue, NOW)
+    full = Full(monkeypatch, FairQueue, "push_job_id")
+    while full.left:
+        with pytest.raises(OutOfMemoryError):
+            recover(queue, NOW)
+    recover(queue, NOW)
+    assert queue.rq.current.get_job_ids() == [job]
+    assert queue.store.client.hget(DEFAULT_KEYS.job(job), "losses") == b"1"
 
 
 @pytest.mark.parametrize("damage", [("status", "no such"), ("meta", "[")])
