@@ -51,7 +51,12 @@ class StoreSettings(BaseSettings):
     cache_url: RedisUrl | None = Field(
         default=None, description="Redis of the spectrum cache, if it has one of its own."
     )
-    cache_bytes: int = Field(default=2 * 1024**3, ge=0, description="Budget of the cache.")
+    cache_bytes: int = Field(
+        default=2 * 1024**3,
+        ge=0,
+        description="Budget of the cache; in the Redis of the queue, if that has a limit, at most"
+        " half of the memory that the queue leaves.",
+    )
     cache_ttl: int = Field(
         default=30 * DAY, ge=1, description="Seconds after which an unused spectrum is dropped."
     )

@@ -10,12 +10,12 @@ are cached (:meth:`Spectra.known`).
 
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Final
 
 from redis import Redis
-from redis.exceptions import RedisError
+from redis.exceptions import OutOfMemoryError, RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from broker.contracts import SpectrumKey
@@ -51,7 +51,7 @@ class Spectra:
 
     The cache may have a Redis of its own, which may evict; locks and counters stay in the Redis of
     the queue, which evicts nothing. Such a cache may also fail: a spectrum that cannot be read is
-    computed again.
+    computed again. A cache in the Redis of the queue leaves the queue its memory.
 
     Parameters
     ----------
@@ -101,7 +101,8 @@ class Spectra:
     def _note(self, names: Sequence[str]) -> None:
         if not names:
             return
-        with self.client.pipeline(transaction=False) as pipe:
+        # A full Redis fails no job for this.
+        with suppress(OutOfMemoryError), self.client.pipeline(transaction=False) as pipe:
             for name in names:
                 key = self.keys.cached_of(_subject(name))
                 pipe.sadd(key, name)
@@ -140,12 +141,27 @@ class Spectra:
                 Keys.cached_spectrum(""),
                 now,
                 now - self.settings.cache_ttl,
-                self.settings.cache_bytes,
+                self.budget(),
                 spectrum,
             )
         if stored:
             self._note([str(key)])
         return bool(stored)
+
+    def budget(self) -> int:
+        """Return the bytes that the cache may take, now: with the queue, half of what that leaves.
+
+        The script that caches is not refused by a full Redis, which evicts nothing, so that cached
+        spectra would stay, and no job could be queued.
+        """
+        if self.is_separate:
+            return self.settings.cache_bytes
+        memory = self.client.info("memory")
+        limit, used = int(memory.get("maxmemory", 0)), int(memory["used_memory"])
+        if limit == 0:
+            return self.settings.cache_bytes
+        left = limit - used + self.cached_bytes()
+        return max(0, min(self.settings.cache_bytes, left // 2))
 
     def drop(self, shape_id: str) -> None:
         """Remove all blobs of a shape or prototype from the cache."""
@@ -171,13 +187,13 @@ class Spectra:
 
     @contextmanager
     def _tolerating_failure(self) -> Iterator[None]:
-        """Ignore failures of a separate cache: it is down, or full and does not evict."""
+        """Ignore failures of a separate cache, and of a full Redis; it does not evict."""
         try:
             yield
         except _CircuitOpen:
             return
         except RedisError as error:
-            if not self.is_separate:
+            if not (self.is_separate or isinstance(error, OutOfMemoryError)):
                 raise
             log.warning("the cache cannot be used", error=str(error))
             if isinstance(error, RedisTimeoutError):

@@ -76,6 +76,7 @@ def main() -> int:
     # RQ logs several lines about each job; the jobs' own logs have the same information.
     level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"
     try:
+        _warn_of_a_shared_cache(store)
         new_worker(store, settings.heartbeat).work(burst=options.burst, logging_level=level)
     except RedisError as error:
         # A full store answers at once, and is not waited for: whoever starts workers does that.
@@ -107,6 +108,16 @@ def _options() -> argparse.Namespace:
     if options.count is not None and options.count < 1:
         parser.error("argument --count: at least 1")
     return options
+
+
+def _warn_of_a_shared_cache(store: Store) -> None:
+    budget, wanted = store.spectra.budget(), store.spectra.settings.cache_bytes
+    if budget < wanted:
+        log.warning(
+            "the cache is in the Redis of the queue, which limits it (ISOMATCH_CACHE_URL)",
+            bytes=budget,
+            wanted=wanted,
+        )
 
 
 def redis_error(url: str) -> str | None:

@@ -96,6 +96,47 @@ def test_evicted_spectra_are_missing_and_nothing_else_is(apart: Store, cache: Re
     assert apart.client.get("isomatch:kept") == b"x"
 
 
+@pytest.fixture
+def together(
+    cache: Redis, second: EmbeddedServer, settings: WorkerSettings
+) -> Iterator[tuple[Store, Redis]]:
+    """A store on the second server, with the cache, that evicts nothing."""
+    cache.config_set("maxmemory-policy", "noeviction")
+    opened = Store.open(settings.model_copy(update={"redis_url": second.url}), retry_seconds=0)
+    yield opened, cache
+    opened.close()
+
+
+def test_a_cache_beside_the_queue_leaves_it_memory(together: tuple[Store, Redis]) -> None:
+    store, cache = together
+    assert store.spectra.budget() == store.spectra.settings.cache_bytes
+    limit(cache, 16 * MIB)
+    names = [SpectrumKey(f"{number:032x}", 10) for number in range(32)]
+    assert all(store.spectra.put(name, bytes(MIB)) for name in names)
+    assert 4 * MIB < store.spectra.cached_bytes() < 8.5 * MIB
+    # What the queue takes, the cache gives back.
+    for number in range(6):
+        store.client.set(f"isomatch:job:{number}", bytes(MIB))
+    assert store.spectra.put(names[0], bytes(MIB))
+    assert store.spectra.cached_bytes() < 5.5 * MIB
+    assert store.spectra.get(names[0]) is not None
+    assert not store.spectra.put(names[1], bytes(8 * MIB))
+
+
+def test_a_full_redis_fails_no_job_for_its_cache(together: tuple[Store, Redis]) -> None:
+    store, cache = together
+    old, new = SpectrumKey("a", 10), SpectrumKey("b", 10)
+    assert store.spectra.put(old, bytes(MIB))
+    limit(cache, -1)
+    assert store.spectra.get(old) == bytes(MIB)
+    # What is cached makes room.
+    assert not store.spectra.put(new, bytes(2 * MIB))
+    limit(cache, -3 * MIB)
+    assert not store.spectra.put(new, b"spectrum")
+    assert not store.spectra.has(old)
+    assert store.spectra.cached_bytes() == 0
+
+
 def test_a_shape_is_dropped_although_the_list_was_evicted(apart: Store, cache: Redis) -> None:
     mine, others = SpectrumKey("a" * 32, 10), SpectrumKey("b" * 32, 10)
     for key in (mine, others):
