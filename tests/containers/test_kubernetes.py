@@ -83,6 +83,11 @@ def test_probes_ask_what_is_there(pod: Pod) -> None:
             )
 
 
+def test_no_state_that_all_pods_share_takes_them_out_of_the_service() -> None:
+    probes = [probe for name, probe in PODS["isomatch-api"].container.items() if "Probe" in name]
+    assert {probe["httpGet"]["path"] for probe in probes} == {"/health/live"}
+
+
 def test_settings_have_the_names_that_are_read() -> None:
     read = settings_names(Settings, WorkerSettings) | {"REDIS_PASSWORD", *OBJECT_STORAGE}
     for name in (*OURS, "isomatch-burst"):
