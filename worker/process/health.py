@@ -16,7 +16,7 @@ from rq.utils import utcparse
 
 from broker.environment import setting_errors
 from broker.queue import WORKER_TIMEOUT
-from broker.store import StoreSettings, connect, text
+from broker.store import CONNECT_TIMEOUT, StoreSettings, connect, text
 
 
 def main() -> int:
@@ -29,7 +29,8 @@ def main() -> int:
     if settings.redis_url is None:
         print("ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2
-    with connect(settings.redis_url, retry_seconds=0) as client:
+    # Sooner than Docker and Kubernetes give the check up, and so find the worker unhealthy.
+    with connect(settings.redis_url, retry_seconds=0, timeout=CONNECT_TIMEOUT) as client:
         try:
             healthy = has_live_worker(client, socket.gethostname())
         except RedisError as error:

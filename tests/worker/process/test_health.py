@@ -4,6 +4,7 @@ import os
 import socket
 import subprocess
 import sys
+import time
 from datetime import timedelta
 from pathlib import Path
 
@@ -12,7 +13,9 @@ from rq import Worker
 from rq.utils import utcformat
 
 from broker.queue import WORKER_TIMEOUT, JobQueue
+from broker.store import CONNECT_TIMEOUT
 from service.standalone import EmbeddedServer
+from worker.process import health
 from worker.process.health import has_live_worker
 from worker.process.process import redis_error
 
@@ -64,6 +67,17 @@ def test_a_worker_is_healthy_while_redis_does_not_answer(queue: JobQueue) -> Non
     done = asked("redis://127.0.0.1:1")
     assert done.returncode == 0
     assert "does not answer" in done.stdout
+
+
+def test_a_redis_that_says_nothing_is_given_up_before_the_check_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"redis://127.0.0.1:{silent.getsockname()[1]}"
+        monkeypatch.setenv("ISOMATCH_REDIS_URL", url)
+        begun = time.monotonic()
+        assert health.main() == 0
+        assert CONNECT_TIMEOUT <= time.monotonic() - begun < 10, "the limit of HEALTHCHECK"
 
 
 def test_a_worker_notices_an_unreachable_store_at_once(
