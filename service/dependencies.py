@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Final, Self, cast
 
+from anyio import CapacityLimiter
 from fastapi import Depends, Request
 from prometheus_client import CollectorRegistry
 from starlette.concurrency import run_in_threadpool
@@ -25,6 +26,10 @@ is sent to object storage."""
 DOCUMENTS_AT_ONCE: Final = 2
 """Large documents prepared at a time. The dissimilarities of 2000 shapes take seconds of CPU and
 some 40 MB."""
+
+
+SCRAPES_AT_ONCE: Final = 2
+"""Scrapes of Prometheus that are answered at a time."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,8 @@ class Service:
         Held while an upload is stored.
     preparing
         Held while a large document is prepared.
+    scraping
+        Limits the threads that collect metrics.
     """
 
     settings: Settings
@@ -61,6 +68,7 @@ class Service:
     preparing: asyncio.Semaphore = field(
         default_factory=lambda: asyncio.Semaphore(DOCUMENTS_AT_ONCE)
     )
+    scraping: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(SCRAPES_AT_ONCE))
 
     def of(self, tenant: str) -> Self:
         """Return the service as a tenant sees it."""

@@ -20,6 +20,7 @@ from broker.store.connections import (
     CONNECT_TIMEOUT,
     StoreSettings,
     connect,
+    memory,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
 from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLost
@@ -90,6 +91,7 @@ __all__ = [
     "any_running",
     "connect",
     "have_ended",
+    "memory",
     "pieces",
     "renewed",
     "signs",

@@ -95,6 +95,12 @@ class StoreSettings(BaseSettings):
     )
 
 
+def memory(client: Redis) -> tuple[int, int]:
+    """Return the bytes that a Redis uses, and those that it may use; 0 for any number."""
+    told = client.info("memory")
+    return int(told["used_memory"]), int(told.get("maxmemory", 0))
+
+
 class ThrottledBackoff(AbstractBackoff):
     """Constant backoff that waits once in an interval, and otherwise not at all.
 

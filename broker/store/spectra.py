@@ -21,7 +21,7 @@ from redis.exceptions import TimeoutError as RedisTimeoutError
 from broker.contracts import SpectrumKey
 from broker.store import scripts
 from broker.store.circuit_breaker import CircuitBreaker
-from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings
+from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings, memory
 from broker.store.keys import Keys
 from broker.store.leases import renewed
 from broker.store.replies import blob, text
@@ -156,8 +156,7 @@ class Spectra:
         """
         if self.is_separate:
             return self.settings.cache_bytes
-        memory = self.client.info("memory")
-        limit, used = int(memory.get("maxmemory", 0)), int(memory["used_memory"])
+        used, limit = memory(self.client)
         if limit == 0:
             return self.settings.cache_bytes
         left = limit - used + self.cached_bytes()

@@ -1,5 +1,6 @@
 """``/metrics``."""
 
+from anyio import to_thread
 from fastapi import APIRouter, Request, Response
 from prometheus_client.exposition import choose_encoder
 
@@ -19,7 +20,9 @@ router = APIRouter(tags=["health"])
     },
     operation_id="metrics",
 )
-def metrics(service: ServiceOf, request: Request) -> Response:
+async def metrics(service: ServiceOf, request: Request) -> Response:
     """Return metrics of queues, workers, jobs, spectra and requests for Prometheus."""
     encode, media_type = choose_encoder(request.headers.get("accept", ""))
-    return Response(encode(service.metrics), headers={"Content-Type": media_type})
+    # The threads of other requests may all wait for Redis.
+    text = await to_thread.run_sync(encode, service.metrics, limiter=service.scraping)
+    return Response(text, headers={"Content-Type": media_type})

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import accumulate
+from typing import Final
 
 from prometheus_client.core import (
     CounterMetricFamily,
@@ -13,10 +14,13 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 from redis.exceptions import RedisError
 
-from broker.contracts import JobState
+from broker.contracts import JobKind, JobState, ProblemType
 from broker.queue import JobQueue, depths, longest_wait, worker_states
-from broker.store import BUCKET_BOUNDS, CounterValues, Histogram, Keys, Store
+from broker.store import BUCKET_BOUNDS, CounterValues, Histogram, Keys, Store, memory
 from broker.telemetry import logger
+
+_ALERTED: Final = (ProblemType.WORKER_LOST, ProblemType.INTERNAL_ERROR, ProblemType.OUT_OF_MEMORY)
+"""Problems whose counters begin with 0: Prometheus sees no increase in one that begins with 1."""
 
 log = logger("isomatch.api")
 
@@ -44,6 +48,7 @@ class StoreCollector(Collector):
             metrics += _present(self._queue)
             metrics += _counted(self._queue.store.counters.read())
             metrics += _spectra(self._queue.store)
+            metrics += _memory(self._queue.store)
         except RedisError as error:
             log.warning("metrics of the store cannot be read", error=str(error))
             metrics = []
@@ -107,7 +112,8 @@ def _counted(counts: CounterValues) -> Iterator[Metric]:
     failures = CounterMetricFamily(
         "isomatch_job_failures", "Jobs that have failed, and why.", labels=["kind", "problem"]
     )
-    for labels, count in sorted(counts.failures.items()):
+    first = {(kind.value, problem.slug): 0 for kind in JobKind for problem in _ALERTED}
+    for labels, count in sorted((first | counts.failures).items()):
         failures.add_metric(labels, count)
     times = HistogramMetricFamily(
         "isomatch_job_seconds",
@@ -139,3 +145,14 @@ def _spectra(store: Store) -> Iterator[Metric]:
         value=store.spectra.cached_bytes(),
     )
     yield from (spectra, size)
+
+
+def _memory(store: Store) -> Iterator[Metric]:
+    used, limit = memory(store.client)
+    yield GaugeMetricFamily(
+        "isomatch_store_memory_bytes", "Memory that Redis uses.", value=float(used)
+    )
+    if limit:
+        yield GaugeMetricFamily(
+            "isomatch_store_memory_limit_bytes", "Memory that Redis may use.", value=float(limit)
+        )

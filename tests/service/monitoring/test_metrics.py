@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -181,6 +182,37 @@ def test_a_store_that_does_not_answer_is_told_soon(
     assert told["isomatch_store_up"] == 0
     while samples(http)["isomatch_store_up"] == 0:
         time.sleep(0.05)
+
+
+def test_metrics_are_given_while_all_threads_wait_for_the_store(
+    idle: tuple[httpx2.Client, Api], own_server: EmbeddedServer
+) -> None:
+    http, _ = idle
+    assert own_server.pid is not None
+    with ThreadPoolExecutor(50) as callers:
+        os.kill(own_server.pid, signal.SIGSTOP)
+        try:
+            waiting = [callers.submit(http.get, "/v1/jobs/x") for _ in range(50)]
+            while samples(http)["isomatch_http_requests_open"] <= len(waiting):
+                time.sleep(0.05)
+            start = time.monotonic()
+            assert samples(http)["isomatch_store_up"] == 0
+            assert time.monotonic() - start < 10
+        finally:
+            os.kill(own_server.pid, signal.SIGCONT)
+        assert {answer.result().status_code for answer in waiting} == {404}
+
+
+def test_the_memory_of_the_store_is_told(idle: tuple[httpx2.Client, Api]) -> None:
+    http, api = idle
+    told = samples(http)
+    assert told["isomatch_store_memory_bytes"] > 1e5
+    assert "isomatch_store_memory_limit_bytes" not in told
+    api.store.client.config_set("maxmemory", 2**30)
+    try:
+        assert samples(http)["isomatch_store_memory_limit_bytes"] == 2**30
+    finally:
+        api.store.client.config_set("maxmemory", 0)
 
 
 def heartbeat(api: Api, age: timedelta, **fields: str) -> None:
