@@ -43,6 +43,12 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         gt=0,
         description="Seconds a request waits for the next piece of its body, or for space for it.",
     )
+    drain_seconds: int = Field(
+        default=3,
+        ge=1,
+        description="Seconds that open requests, such as uploads, have to end when the service"
+        " stops.",
+    )
     validation_wait: float = Field(
         default=30.0, ge=0, description="Seconds an upload waits for its turn and its validation."
     )

@@ -1,5 +1,6 @@
 """Middleware that gives each request an id and a log line, and answers unexpected errors."""
 
+import asyncio
 import re
 import time
 from collections.abc import Iterator
@@ -14,7 +15,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from broker.telemetry import logger
 from broker.tracing import failed, span
 from service.http.problem_documents import response
-from service.http.problems import InternalError
+from service.http.problems import InternalError, NotReady
 
 REQUEST_ID: Final = "X-Request-ID"
 _ACCEPTED_ID: Final = re.compile(r"[A-Za-z0-9._-]{1,128}")
@@ -55,6 +56,13 @@ class RequestContext:
         with structlog.contextvars.bound_contextvars(request_id=request_id), _traced(scope, quiet):
             try:
                 await self._app(scope, receive, named)
+            except asyncio.CancelledError:
+                # The server stops, and the request has not ended in the time that it had.
+                if status != 0:
+                    raise
+                stopping = NotReady("The service is stopping; send the request again.")
+                headers = {"Retry-After": "5", "Connection": "close"}
+                await response(stopping.problem(scope["path"]), headers)(scope, receive, named)
             except Exception:
                 log.exception("unexpected error", method=scope["method"], path=scope["path"])
                 if status == 0:

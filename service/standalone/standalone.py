@@ -30,9 +30,6 @@ from service.standalone.private_directories import close_to_others
 TEND_INTERVAL: Final = 0.2
 """Seconds between two checks of the child processes."""
 
-DRAIN_SECONDS: Final = 3
-"""Seconds that open requests may take to end when the service stops."""
-
 KEEP_ALIVE_SECONDS: Final = 75
 """Seconds after which idle connections are closed: later than clients and proxies give them up, so
 that no request is sent to one that is just being closed. HTTPX keeps them for 5 s, as long as
@@ -96,7 +93,7 @@ async def _run(
         log_config=None,
         access_log=False,
         server_header=False,
-        timeout_graceful_shutdown=DRAIN_SECONDS,
+        timeout_graceful_shutdown=settings.drain_seconds,
         timeout_keep_alive=KEEP_ALIVE_SECONDS,
     )
     server = _Server(config)
@@ -127,7 +124,7 @@ async def _run(
         stopping.cancel()
         closing.set()
         server.should_exit = True
-        await asyncio.wait({serving}, timeout=DRAIN_SECONDS + 1)
+        await asyncio.wait({serving}, timeout=settings.drain_seconds + 1)
         await asyncio.to_thread(pool.stop)
 
 

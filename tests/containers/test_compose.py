@@ -73,7 +73,7 @@ def default(value: str) -> str:
 
 def test_defaults_are_those_of_the_settings() -> None:
     fields = Settings.model_fields | WorkerSettings.model_fields
-    others = {"ISOMATCH_CACHE_BYTES", "ISOMATCH_JOB_MEMORY_MB"}
+    others = {"ISOMATCH_CACHE_BYTES", "ISOMATCH_JOB_MEMORY_MB", "ISOMATCH_DRAIN_SECONDS"}
     for service in ("api", "worker"):
         for name, value in SERVICES[service]["environment"].items():
             if name.endswith("_URL") or name in (*others, *OBJECT_STORAGE, *ENDPOINTS):
@@ -113,6 +113,12 @@ def test_a_job_fails_before_its_container_is_killed() -> None:
     limit = int(default(worker["mem_limit"]).removesuffix("g")) * 1024
     assert int(default(worker["environment"]["ISOMATCH_JOB_MEMORY_MB"])) <= 0.75 * limit
     assert "/tmp:size=256m,mode=1777" in worker["tmpfs"]
+
+
+def test_an_api_that_stops_has_time_for_its_uploads() -> None:
+    api = SERVICES["api"]
+    drain = int(default(api["environment"]["ISOMATCH_DRAIN_SECONDS"]))
+    assert drain + 5 <= int(api["stop_grace_period"].removesuffix("s"))
 
 
 def test_who_reaches_the_stores_from_outside_knows_a_password() -> None:

@@ -150,6 +150,13 @@ def chooses(policy: dict[str, Any], pod: Pod) -> bool:
     )
 
 
+def test_an_api_that_stops_has_time_for_its_uploads() -> None:
+    pod = PODS["isomatch-api"]
+    (drain,) = [e["value"] for e in pod.container["env"] if e["name"] == "ISOMATCH_DRAIN_SECONDS"]
+    (_, pause) = pod.container["lifecycle"]["preStop"]["exec"]["command"]
+    assert int(pause) + int(drain) < pod.spec["terminationGracePeriodSeconds"]
+
+
 def test_no_busy_worker_is_stopped() -> None:
     (settings,) = of_kind("ConfigMap")
     longest = int(settings["data"]["ISOMATCH_JOB_TIMEOUT"])

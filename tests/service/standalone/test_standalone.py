@@ -241,6 +241,24 @@ def test_stopped_or_killed_in_the_middle_of_a_job_it_goes_on_after_the_next_star
 
 
 @linux
+def test_an_upload_in_transit_is_told_when_the_service_stops(tmp_path: Path) -> None:
+    settings = {"ISOMATCH_WORKERS": "0", "ISOMATCH_DRAIN_SECONDS": "1"}
+    with service(tmp_path / "data", tmp_path / "log", **settings) as running:
+        url = running.http.base_url
+        with socket.create_connection((url.host, url.port or 80), timeout=60) as upload:
+            upload.sendall(
+                b"POST /v1/shapes HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9999\r\n"
+                b"Content-Type: multipart/form-data; boundary=x\r\n\r\n--x\r\n"
+            )
+            until(lambda: "requests_open 2.0" in running.http.get("/metrics").text)
+            running.process.terminate()
+            answer = b"".join(iter(lambda: upload.recv(65536), b""))
+    head, _, document = answer.partition(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 503 ")
+    assert b"retry-after: 5" in head.lower()
+    assert json.loads(document)["type"] == "urn:isomatch:problem:not-ready"
+
+
 def test_workers_and_a_store_that_die_are_replaced(tmp_path: Path) -> None:
     # A process that forks workers takes as long to start as the first did.
     settings = {**PATIENT, "ISOMATCH_REDIS_PATIENCE": "60"}
