@@ -168,7 +168,8 @@ def test_no_busy_worker_is_stopped() -> None:
         limit = PODS[name].container["resources"]["limits"]["memory"]
         assert memory <= 0.75 * int(limit.removesuffix("Gi")) * 1024
     burst = PODS["isomatch-burst"]
-    assert burst.container["args"] == ["--burst"]
+    # It leaves when there is nothing to do, and after some jobs in any case.
+    assert burst.container["args"][:2] == ["--burst", "--jobs"]
     assert burst.spec["restartPolicy"] == "Never"
     assert burst.owner["spec"]["rollout"] == {"strategy": "gradual"}
     scaled = [each["spec"]["scaleTargetRef"]["name"] for each in of_kind("HorizontalPodAutoscaler")]

@@ -77,7 +77,9 @@ def main() -> int:
     level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"
     try:
         _warn_of_a_shared_cache(store)
-        new_worker(store, settings.heartbeat).work(burst=options.burst, logging_level=level)
+        new_worker(store, settings.heartbeat).work(
+            burst=options.burst, max_jobs=options.jobs, logging_level=level
+        )
     except RedisError as error:
         # A full store answers at once, and is not waited for: whoever starts workers does that.
         full = isinstance(error, OutOfMemoryError) or "maxmemory" in str(error)
@@ -93,6 +95,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument(
         "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
     )
+    parser.add_argument("--jobs", type=int, metavar="N", help="stop after so many jobs")
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--burst", action="store_true", help="stop when the queues are empty")
     how.add_argument(
@@ -105,8 +108,10 @@ def _options() -> argparse.Namespace:
         help="fork so many workers of this process, and replace those that are killed",
     )
     options = parser.parse_args()
-    if options.count is not None and options.count < 1:
-        parser.error("argument --count: at least 1")
+    for name in ("count", "jobs"):
+        number = getattr(options, name)
+        if number is not None and number < 1:
+            parser.error(f"argument --{name}: at least 1")
     return options
 
 

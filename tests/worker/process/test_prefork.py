@@ -122,6 +122,7 @@ def test_an_error_of_one_ends_all() -> None:
     ("arguments", "reason"),
     [
         (["--count", "0"], "at least 1"),
+        (["--jobs", "0"], "at least 1"),
         (["--count", "2", "--burst"], "not allowed with"),
     ],
 )
