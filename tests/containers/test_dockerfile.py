@@ -39,6 +39,14 @@ def test_images_run_as_nobody_and_are_told_to_stop(target: str) -> None:
     assert not of(target, "RUN"), "what is built is copied"
 
 
+@pytest.mark.parametrize("target", TARGETS)
+def test_images_say_which_version_they_are(target: str) -> None:
+    assert of(target, "ARG") == ["VERSION=unknown", "REVISION=unknown"]
+    (labels,) = of(target, "LABEL")
+    for name in ("version", "revision"):
+        assert f'org.opencontainers.image.{name}="${{{name.upper()}}}"' in labels
+
+
 def test_what_is_run_is_there() -> None:
     script = DOCKER / "start-worker"
     assert os.access(script, os.X_OK)

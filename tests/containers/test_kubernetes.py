@@ -206,6 +206,8 @@ def test_kustomizations_name_all_files() -> None:
         text = "".join((file.parent / each).read_text() for each in beside)
         run = {name for name in OURS if f"image: {name}\n" in text}
         assert {image["name"] for image in kustomization["images"]} == run
+        # Nodes would keep an old image of a tag that moves; one that is not set is nowhere.
+        assert {image["newTag"] for image in kustomization["images"]} == {"name-the-version"}
 
 
 @pytest.mark.skipif(which("kubectl") is None, reason="needs kubectl")
