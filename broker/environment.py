@@ -23,7 +23,14 @@ _OF_OTHERS: Final = ("ISOMATCH_URL", "ISOMATCH_API_KEY", "ISOMATCH_DATA", "ISOMA
 
 
 def _redis_url(url: str) -> str:
-    parse_url(url)
+    try:
+        parse_url(url)
+    except ValueError:
+        # The error may quote a part of the password.
+        raise ValueError(
+            "not an address of a Redis, such as redis://:PASSWORD@HOST:6379/0; characters such as"
+            " / # ? % of the password must be percent-encoded"
+        ) from None
     return url
 
 
