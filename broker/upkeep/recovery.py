@@ -150,9 +150,16 @@ class RecoveryTimeouts:
 def recover(queue: JobQueue, timeouts: RecoveryTimeouts | None = None) -> None:
     """Recover lost jobs and kill cancelled ones that do not stop, in one pass.
 
-    To be called about as often as heartbeats are due. One process at a time does the work.
+    To be called about as often as heartbeats are due. One process at a time does the work, and none
+    whose clock is wrong: to that one, all workers would be dead.
     """
     store = queue.store
+    skew = _clock_skew(store)
+    if skew > queue.settings.heartbeat:
+        log.error(
+            "the clocks of this machine and of Redis differ: no job is recovered", seconds=skew
+        )
+        return
     timeouts = timeouts or RecoveryTimeouts.of(queue.settings.heartbeat)
     token = uuid4().hex
     if not store.client.set(Keys.RECOVERY, token, nx=True, px=int(LOCK_SECONDS * 1000)):
@@ -163,6 +170,14 @@ def recover(queue: JobQueue, timeouts: RecoveryTimeouts | None = None) -> None:
         known = _known_to_rq(queue)
         for tenant in store.tenants():
             _Pass(queue.of(tenant), known, timeouts, lost).recover()
+
+
+def _clock_skew(store: Store) -> float:
+    """Return the seconds by which the clocks of this machine and of Redis differ at least."""
+    before = time.time()
+    seconds, microseconds = store.client.time()
+    there = seconds + microseconds / 1e6
+    return max(before - there, there - time.time(), 0.0)
 
 
 def unregister_workers(store: Store) -> None:

@@ -112,6 +112,20 @@ def test_a_half_expired_execution_does_not_end_recovery(queue: JobQueue, field: 
     assert states == {JobState.QUEUED}
 
 
+@pytest.mark.parametrize("ahead", [-60.0, 60.0])
+def test_a_process_whose_clock_is_wrong_recovers_nothing(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch, ahead: float
+) -> None:
+    job, _ = executing(queue)
+    clock = time.time
+    monkeypatch.setattr(time, "time", lambda: clock() + ahead)
+    recover(queue)
+    assert queue.of("acme").store.jobs.state(job) is JobState.RUNNING
+    monkeypatch.undo()
+    recover(queue)
+    assert queue.of("acme").store.jobs.state(job) is JobState.QUEUED
+
+
 class Full:
     """A store that is full, for some times, when a job is to be put back into its queue."""
 
