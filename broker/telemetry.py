@@ -38,6 +38,8 @@ def configure_logging(level: str = "INFO", **bound: str) -> None:
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(level.upper())
+    # Warnings of libraries would be lines of text between those of JSON.
+    logging.captureWarnings(capture=True)
     structlog.configure(
         processors=[
             structlog.stdlib.filter_by_level,
