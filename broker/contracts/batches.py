@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from broker.contracts.jobs import JobState
 from broker.contracts.parameters import MatchParameters
 from broker.contracts.problems import Problem
+from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence, Distortion
 
 MOST_TARGETS: Final = 1000
@@ -51,12 +52,10 @@ class BatchMatch(BaseModel):
     )
 
 
-class BatchResult(BaseModel):
+class BatchResult(ResultDocument):
     """Matches of one source with many targets, when all have ended."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["batch"] = Field(default="batch", description="Kind of the job.")
     source: str = Field(description="Id of the source, a shape or a prototype.")
     source_name: str | None = Field(
         description="Name of the source, of the request or as stored; null in batches of earlier"

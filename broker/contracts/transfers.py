@@ -2,11 +2,12 @@
 
 from datetime import datetime
 from pathlib import PurePath
-from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
+from typing import Annotated, BinaryIO, ClassVar, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.digests import sha256_of
+from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence
 from broker.contracts.vertices import Vertex
 
@@ -106,12 +107,12 @@ class SurfacePoint(BaseModel):
     ] = Field(description="Barycentric coordinates, none negative, of sum 1.")
 
 
-class TransferResult(BaseModel):
+class TransferResult(ResultDocument):
     """Attributes or landmarks that were carried from one shape of a match to the other."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+    ADDED: ClassVar = frozenset({"on", "confidence"})
 
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["transfer"] = Field(default="transfer", description="Kind of the job.")
     match: str = Field(description="Id of the job that matched the shapes.")
     source: str = Field(description="Id of the shape that values were carried from.")
     target: str = Field(description="Id of the shape that values were carried to.")

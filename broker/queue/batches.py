@@ -177,6 +177,7 @@ class Batches:
         # The clock of the machine where the batch started may be ahead.
         seconds = max((datetime.now(UTC) - started).total_seconds(), 0.0)
         result = BatchResult(
+            job=record.id,
             source=payload.source,
             source_name=payload.source_name,
             parameters=payload.parameters,

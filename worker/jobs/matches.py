@@ -95,7 +95,7 @@ def match(payload: MatchPayload, context: JobContext) -> JobResult:
     timings = dict(result.timings)
     timings["spectra"] = timings.get("spectra", 0.0) + loaded - start
     timings["total"] = time.perf_counter() - start
-    named = {"timings": timings, **_subjects(payload, context.store)}
+    named = {"job": context.record.id, "timings": timings, **_subjects(payload, context.store)}
     return JobResult(
         result.model_copy(update=named).model_dump_json().encode(),
         arrays_of(result),

@@ -79,6 +79,7 @@ def learn(payload: PrototypePayload, context: JobContext) -> JobResult:
             f"the same prototype is known already, as version {stored.version} of {stored.name!r}"
         )
     result = PrototypeResult(
+        job=context.record.id,
         prototype=stored,
         parameters=payload.parameters,
         warnings=tuple(warnings),
