@@ -1,6 +1,6 @@
 """Contracts between API and workers, and of the API: versioned, typed models without numerics."""
 
-from broker.contracts.batches import MOST_TARGETS, BatchMatch, BatchResult, MatchSummary
+from broker.contracts.batches import MOST_TARGETS, BatchMatch, BatchResult
 from broker.contracts.catalogue import catalogue
 from broker.contracts.consistent_maps import (
     MOST_MAPPED_SHAPES,
@@ -19,7 +19,8 @@ from broker.contracts.dissimilarities import (
     STRUCTURES,
     DissimilarityResult,
 )
-from broker.contracts.exports import export_refusal, exports_of
+from broker.contracts.exports import export_refusal, exports_of, registered_formats
+from broker.contracts.job_kinds import JobKind, JobState
 from broker.contracts.jobs import (
     UNUSABLE,
     AttributesValidationPayload,
@@ -27,9 +28,7 @@ from broker.contracts.jobs import (
     ConsistentMapsPayload,
     DeliveryPayload,
     DissimilaritiesPayload,
-    JobKind,
     JobRecord,
-    JobState,
     MatchPayload,
     Payload,
     PicturePayload,
@@ -106,6 +105,7 @@ from broker.contracts.strict import BoundedModel
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
+from broker.contracts.summaries import MatchSummary, PrototypeSummary, Summary
 from broker.contracts.tenants import DEFAULT_TENANT, TENANT_NAME
 from broker.contracts.transfers import (
     ATTRIBUTE_FORMATS,
@@ -205,6 +205,7 @@ __all__ = [
     "PrototypeRecord",
     "PrototypeResult",
     "PrototypeStructures",
+    "PrototypeSummary",
     "PrototypeSurface",
     "PrototypeValidationPayload",
     "RefinedPoint",
@@ -221,6 +222,7 @@ __all__ = [
     "Structure",
     "Structures",
     "Subject",
+    "Summary",
     "SurfacePoint",
     "TimeSlicePayload",
     "TransferKind",
@@ -242,6 +244,7 @@ __all__ = [
     "is_prototype",
     "no_alternative",
     "prototype_id",
+    "registered_formats",
     "sha256_of",
     "shape_id",
     "spectrum_key",

@@ -4,30 +4,14 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from broker.contracts.jobs import JobState
+from broker.contracts.job_kinds import JobState
 from broker.contracts.parameters import MatchParameters
 from broker.contracts.problems import Problem
 from broker.contracts.result_document import ResultDocument
-from broker.contracts.results import Confidence, Distortion
+from broker.contracts.summaries import MatchSummary
 
 MOST_TARGETS: Final = 1000
 """Greatest number of targets of a batch: its description is some megabyte of JSON."""
-
-
-class MatchSummary(BaseModel):
-    """What a batch says of a match that has succeeded."""
-
-    model_config = ConfigDict(frozen=True)
-
-    confidence: Confidence | None = Field(
-        description="How probably the answer is right; null where surfaces were not registered."
-    )
-    distortion: Distortion
-    energy: FiniteFloat = Field(description="Energy of the labelling problem, (5) of the paper.")
-    certified: bool = Field(
-        description="Whether no better correspondence exists among the candidates."
-    )
-    dense: bool = Field(description="Whether the match has a map of all vertices.")
 
 
 class BatchMatch(BaseModel):

@@ -22,6 +22,7 @@ from broker.contracts import (
     Problem,
     ProblemType,
     Progress,
+    Summary,
 )
 from broker.queue.new_jobs import batch_match_id, new_batch_match
 from broker.queue.rq_queues import RqQueues
@@ -201,7 +202,7 @@ def _match(
     place: int,
     state: JobState | None,
     record: JobRecord | None,
-    summary: MatchSummary | None,
+    summary: Summary | None,
 ) -> BatchMatch:
     payload = batch.payload
     assert isinstance(payload, BatchPayload)
@@ -212,6 +213,7 @@ def _match(
         shown, error = state, _EXPIRED
     else:
         shown = record.state
+    done = shown is JobState.SUCCEEDED
     return BatchMatch(
         target=payload.targets[place],
         target_name=payload.target_names[place],
@@ -219,5 +221,5 @@ def _match(
         state=shown,
         fraction=0.0 if record is None else record.progress.fraction,
         error=error,
-        summary=summary if shown is JobState.SUCCEEDED else None,
+        summary=summary if done and isinstance(summary, MatchSummary) else None,
     )

@@ -99,7 +99,7 @@ def match(payload: MatchPayload, context: JobContext) -> JobResult:
     return JobResult(
         result.model_copy(update=named).model_dump_json().encode(),
         arrays_of(result),
-        None if context.record.batch is None else summary_of(result),
+        summary_of(result),
     )
 
 

@@ -43,6 +43,9 @@ def test_a_dense_map(http: httpx2.Client, pair: tuple[str, str]) -> None:
     assert arrays["inverse_faces"].shape == arrays["inverse_barycentric"].shape == (len(TRUTH), 3)
     np.testing.assert_array_equal(arrays["target"], TRUTH[arrays["source"]])
     assert http.get(link + ".png").status_code == 200
+    registered = [f"{job['links']['self']}/registered.{one}" for one in ("ply", "obj", "glb")]
+    assert job["links"]["registered"] == registered
+    assert http.get(registered[0]).content.startswith(b"ply")
 
 
 def test_of_a_component_and_simplified(http: httpx2.Client, upload: Upload) -> None:
