@@ -69,6 +69,7 @@ class PrototypeRecord(BaseModel):
                     "surfaces": 24,
                     "learned_from": None,
                     "reference": None,
+                    "view": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
                     "warnings": [],
                     "created": "2026-03-01T12:00:00Z",
                 }

@@ -48,7 +48,7 @@ class Alternative(_Part):
         ' target: "variation" if it differs in parts only. Null in results of earlier versions.',
     )
     energy: float = Field(description="Energy of the labelling problem, (5) of the paper.")
-    correspondences: tuple[Correspondence, ...]
+    correspondences: tuple[Correspondence, ...] = Field(description="Its pairs.")
     distortion: Distortion
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pydantic import BaseModel, ConfigDict, model_validator
+from pydantic import BaseModel, ConfigDict, field_validator, model_validator
 
 MOST_FIELDS: Final = 64
 """Most fields of an object in a request: each unknown one is reported, which takes time."""
@@ -24,6 +24,12 @@ class StrictModel(BoundedModel):
     """A frozen value of declared fields, finite numbers and exact types only."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _integral(cls, value: Any) -> Any:
+        # 8.0 is an integer to JSON schema, and some languages write all numbers so.
+        return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 @dataclass(frozen=True)

@@ -85,6 +85,7 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
 @router.delete(
     "/{job_id}/result",
     status_code=204,
+    response_class=Response,
     responses=responses(
         JobNotFound, JobExpired, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
     ),

@@ -23,11 +23,13 @@ _THIRD = "8c7dd922ad47494fc02c388e12c00eac"
 class Prototype(PrototypeRecord):
     """A prototype of a class of shapes."""
 
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
 
 class PrototypePage(BaseModel):
     """One page of the prototypes, the newest first."""
 
-    items: tuple[Prototype, ...]
+    items: tuple[Prototype, ...] = Field(description="The prototypes.")
     next_cursor: str | None = Field(description="Cursor of the next page; null on the last.")
 
 
