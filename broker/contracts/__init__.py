@@ -19,7 +19,7 @@ from broker.contracts.dissimilarities import (
     STRUCTURES,
     DissimilarityResult,
 )
-from broker.contracts.exports import export_refusal, exports_of, registered_formats
+from broker.contracts.exports import export_refusal, exports_of, maps_vertices, registered_formats
 from broker.contracts.job_kinds import JobKind, JobState
 from broker.contracts.jobs import (
     UNUSABLE,
@@ -242,6 +242,7 @@ __all__ = [
     "exports_of",
     "file_type_of",
     "is_prototype",
+    "maps_vertices",
     "no_alternative",
     "prototype_id",
     "registered_formats",

@@ -268,6 +268,11 @@ class PicturePayload(_Payload):
         description="Which specimen's registered template is written, 0 for that of a match; null"
         " for the result itself.",
     )
+    pair: tuple[int, int] | None = Field(
+        default=None,
+        description="Places of the shapes whose map of all vertices is written; null for the result"
+        " itself.",
+    )
 
     @property
     def variant(self) -> str:
@@ -278,6 +283,7 @@ class PicturePayload(_Payload):
             None if self.view == default.view else self.view,
             None if self.format == default.format else self.format,
             None if self.specimen is None else f"registered-{self.specimen}",
+            None if self.pair is None else "map-{}-{}".format(*self.pair),
         )
         return ":".join(part for part in given if part is not None)
 

@@ -93,7 +93,7 @@ class Results:
     def summaries(self, job_ids: Sequence[str]) -> list[Summary | None]:
         """Return results in brief; None for those that have none, or none any more."""
         keys = [self.keys.job_summary(one) for one in job_ids]
-        found = cast(list[bytes | None], self.client.mget(keys))
+        found = cast(list[bytes | None], self.client.mget(keys) if keys else [])
         return [None if one is None else _SUMMARY.validate_json(one) for one in found]
 
     def picture(self, payload: PicturePayload) -> bytes | None:

@@ -23,6 +23,7 @@ from broker.contracts import (
     TransferPayload,
     ValidationPayload,
     exports_of,
+    maps_vertices,
     registered_formats,
     subject_of,
 )
@@ -61,6 +62,10 @@ class JobLinks(BaseModel):
     registered: tuple[str, ...] = Field(
         description="The source of a dense match on its target, as files; the template of a"
         " registration on its first specimen, and with `?specimen=` on another one."
+    )
+    map: str | None = Field(
+        description="A map of all vertices as CSV, of a dense match or consistent maps; with"
+        " `?source=` and `?target=` another one. Of a prototype there is none."
     )
     resource: str | None = Field(
         description="What the job has made: the shape, prototype or attribute file of an upload, or"
@@ -130,6 +135,7 @@ class Job(BaseModel):
                         "arrays": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.npz",
                         "exports": ["/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.csv"],
                         "registered": [],
+                        "map": None,
                         "resource": None,
                         "match": None,
                         "partial": None,
@@ -284,6 +290,7 @@ def _links(record: JobRecord, path: str, without: bool, prototype: str | None) -
         arrays=f"{path}/result.npz" if kind.has_arrays and not without else None,
         exports=tuple(f"{path}/result.{one}" for one in exports),
         registered=tuple(f"{path}/registered.{one}" for one in registered),
+        map=f"{path}/map.csv" if maps_vertices(payload) and not without else None,
         resource=_resource(record, prototype),
         match=None if match is None else f"/v1/jobs/{match}",
         partial=_partial(record, without),

@@ -16,6 +16,7 @@ NAMED_FILES: Final = frozenset(
         "get_archive",
         "get_arrays",
         "get_export",
+        "get_map",
         "get_registered_template",
         "get_source_arrays",
     }
