@@ -101,7 +101,7 @@ from broker.contracts.spectra import (
     SpectrumParameters,
     spectrum_key,
 )
-from broker.contracts.strict import BoundedModel
+from broker.contracts.strict import BoundedModel, integral
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
@@ -115,6 +115,7 @@ from broker.contracts.transfers import (
     AttributeElement,
     AttributesRecord,
     AttributeSummary,
+    CarriedPoint,
     Direction,
     SurfacePoint,
     TransferKind,
@@ -163,6 +164,7 @@ __all__ = [
     "BatchPayload",
     "BatchResult",
     "BoundedModel",
+    "CarriedPoint",
     "Choice",
     "CollectionPair",
     "CollectionShape",
@@ -241,6 +243,7 @@ __all__ = [
     "export_refusal",
     "exports_of",
     "file_type_of",
+    "integral",
     "is_prototype",
     "maps_vertices",
     "no_alternative",

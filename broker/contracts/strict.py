@@ -9,8 +9,15 @@ MOST_FIELDS: Final = 64
 """Most fields of an object in a request: each unknown one is reported, which takes time."""
 
 
+def integral(value: Any) -> Any:
+    """Return 8 for 8.0: an integer to JSON schema, and some languages write all numbers so."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
 class BoundedModel(BaseModel):
     """A value of a bounded number of fields."""
+
+    _integral = field_validator("*", mode="before")(integral)
 
     @model_validator(mode="before")
     @classmethod
@@ -24,12 +31,6 @@ class StrictModel(BoundedModel):
     """A frozen value of declared fields, finite numbers and exact types only."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
-
-    @field_validator("*", mode="before")
-    @classmethod
-    def _integral(cls, value: Any) -> Any:
-        # 8.0 is an integer to JSON schema, and some languages write all numbers so.
-        return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 @dataclass(frozen=True)

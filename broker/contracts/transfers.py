@@ -107,6 +107,16 @@ class SurfacePoint(BaseModel):
     ] = Field(description="Barycentric coordinates, none negative, of sum 1.")
 
 
+class CarriedPoint(SurfacePoint):
+    """Image of a landmark."""
+
+    position: tuple[float, float, float] | None = Field(
+        default=None,
+        description="Where it is, in the coordinates of the shape's file; missing in results of"
+        " earlier versions.",
+    )
+
+
 class TransferResult(ResultDocument):
     """Attributes or landmarks that were carried from one shape of a match to the other."""
 
@@ -132,7 +142,7 @@ class TransferResult(ResultDocument):
     attributes: tuple[AttributeSummary, ...] = Field(
         description="What was carried; the values are in the files of the job."
     )
-    points: tuple[SurfacePoint | None, ...] | None = Field(
+    points: tuple[CarriedPoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
         " partner; null for other kinds."
     )

@@ -2,14 +2,22 @@
 
 from typing import Annotated, Final
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+)
 
-from broker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord
+from broker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord, integral
 from service.jobs import JobRequest
 from service.names import LONGEST, NamedId, showable
 
 Vertices = Annotated[
-    tuple[Annotated[int, Field(ge=0, le=2**31 - 1)], ...],
+    tuple[Annotated[int, Field(ge=0, le=2**31 - 1), BeforeValidator(integral)], ...],
     Field(min_length=3, max_length=256, strict=False, fail_fast=True),
 ]
 

@@ -14,6 +14,7 @@ from broker.contracts import (
     Direction,
     SurfacePoint,
     TransferKind,
+    integral,
 )
 from service.jobs import JobRequest
 from service.names import NamedId, showable
@@ -31,6 +32,7 @@ class Attributes(AttributesRecord):
 
 def _point_at_vertex(given: Any) -> Any:
     """A vertex is the point with all of the weight at one corner."""
+    given = integral(given)
     if isinstance(given, int) and not isinstance(given, bool):
         return {"vertices": [given] * 3, "weights": [1.0, 0.0, 0.0]}
     return given
