@@ -69,7 +69,8 @@ class JobLinks(BaseModel):
     )
     resource: str | None = Field(
         description="What the job has made: the shape, prototype or attribute file of an upload, or"
-        " the prototype that was learned; null before, and for other kinds."
+        " the prototype that was learned, while the result is kept; null before, and for other"
+        " kinds."
     )
     match: str | None = Field(description="The match that it carries something along.")
     partial: str | None = Field(
@@ -166,7 +167,7 @@ class Job(BaseModel):
     shape_count: int = Field(description="Number of its shapes.")
     prototype: str | None = Field(
         description="Id of the prototype that is matched, that was uploaded, or that was learned,"
-        " once it is; null for none."
+        " while the result of learning is kept; null for none."
     )
     summary: MatchSummary | None = Field(
         description="The answer in brief, of a match that has succeeded and is still kept; null"

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import httpx2
@@ -22,6 +23,7 @@ from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
 from tests.service.conftest import Api, Json, idle_api, problem, running_api
+from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
 OPENAPI = ROOT / "openapi" / "openapi.json"
@@ -263,6 +265,14 @@ def test_headers_are_declared(http: httpx2.Client) -> None:
             assert needed is None or needed in answer["headers"]
     operations = {call["operationId"] for call in calls}
     assert operations >= headers.NAMED_FILES
+
+
+def test_an_answer_without_content_has_no_media_type(
+    http: httpx2.Client, upload: Callable[..., Json]
+) -> None:
+    answer = http.delete(f"/v1/shapes/{upload(blob_file(2, seed=907))['id']}")
+    assert answer.status_code == 204
+    assert "content-type" not in answer.headers
 
 
 def test_the_version_is_that_of_the_package() -> None:
