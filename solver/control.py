@@ -5,6 +5,7 @@ Loops over independent items ask :meth:`Control.in_time`; stages of a pipeline a
 reported by :meth:`Control.stage`.
 """
 
+import itertools
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -140,14 +141,21 @@ class Control:
     def in_time(self, items: Iterable[ItemT], least: int = 0) -> Iterator[ItemT]:
         """Yield items until the deadline, but at least the first `least`.
 
+        Items of a generator are computed only if they are yielded.
+
         Raises
         ------
         Cancelled
             The caller asked to stop.
         """
-        for index, item in enumerate(items):
+        left = iter(items)
+        for index in itertools.count():
             self.check()
             if index >= least and self.expired:
+                return
+            try:
+                item = next(left)
+            except StopIteration:
                 return
             yield item
 
