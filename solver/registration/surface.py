@@ -34,6 +34,10 @@ _SPREAD = 100
 """Samples, the first, between which distances are compared."""
 
 
+FirstForm = tuple[FloatArray, FloatArray, FloatArray]
+"""(S,) entries E, F and G of the first fundamental form at S points."""
+
+
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Eigenfunctions and their derivatives at some points of a surface.
@@ -72,6 +76,7 @@ class Samples:
     _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(
         default_factory=dict, init=False, repr=False
     )
+    _first_forms: dict[int, FirstForm] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -119,6 +124,17 @@ class Samples:
         if k not in self._smoothed:
             self._smoothed[k] = self.surface(self.coefficients[:k])
         return self._smoothed[k]
+
+    def first_form(self, coefficients: FloatArray) -> FirstForm:
+        """First fundamental form of a smooth surface, of (k, 3) coefficients as in `surface`."""
+        u, v = self.derivatives(coefficients)
+        return (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
+
+    def smoothed_first_form(self, k: int) -> FirstForm:
+        """First fundamental form of this surface, smoothed to k eigenfunctions."""
+        if k not in self._first_forms:
+            self._first_forms[k] = self.first_form(self.coefficients[:k])
+        return self._first_forms[k]
 
     @cached_property
     def commute_times(self) -> RealArray:
