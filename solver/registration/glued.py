@@ -76,6 +76,7 @@ class OpenedCandidate:
     candidate: Candidate
     reflected: bool = False
     _images: IntArray | None = field(default=None, init=False, repr=False)
+    _refined: RefinedCandidate | None = field(default=None, init=False, repr=False)
 
     def images(self, vertices: IntArray, control: Control) -> IntArray:
         """(S,) vertices of the whole target that S vertices of the whole source go to.
@@ -107,7 +108,7 @@ class OpenedCandidate:
         ours, theirs = self.openings
         return VertexMaps(
             theirs.vertices[self._nearest[ours.index_of_vertex]],
-            ours.vertices[self._map.inverse()[0][theirs.index_of_vertex]],
+            ours.vertices[self._map.nearest()[theirs.index_of_vertex]],
         )
 
     def refined(self, control: Control) -> tuple[Images, Images]:
@@ -144,7 +145,7 @@ class OpenedCandidate:
         return direct.reflected() if self.reflected else direct
 
     def on_few(self, control: Control) -> RefinedCandidate:
-        """Return the candidate refined on few vertices.
+        """Return the candidate refined on few vertices; only the first call refines.
 
         Raises
         ------
@@ -153,9 +154,11 @@ class OpenedCandidate:
         MeshError
             The source's Laplacian cannot be factored.
         """
-        ours, theirs = (one.shape for one in self.openings)
-        few = ReducedTask.of(ours, theirs, self.task, FEW_VERTICES)
-        return refine_on_few(few, self.candidate, control)
+        if self._refined is None:
+            ours, theirs = (one.shape for one in self.openings)
+            few = ReducedTask.of(ours, theirs, self.task, FEW_VERTICES)
+            self._refined = refine_on_few(few, self.candidate, control)
+        return self._refined
 
     @cached_property
     def _map(self) -> SurfaceMap:
