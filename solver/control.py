@@ -11,12 +11,16 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Generic, Protocol, TypeVar
+from typing import Final, Generic, Protocol, TypeVar
 
 from solver.errors import Cancelled
 
 StateT = TypeVar("StateT")
 ItemT = TypeVar("ItemT")
+
+
+UNLIMITED: Final = 10**9
+"""Iterations of a method that ends of itself, or at its deadline."""
 
 
 class Status(StrEnum):

@@ -55,7 +55,8 @@ Rematch = Callable[[Shape, Shape], Sequence[Points]]
 """Finds hypotheses, corresponding vertices, of two shapes that were opened."""
 
 _STAGES = (COARSE[-1], *FINE)
-"""Stages of the alignment after that."""
+"""Stages in which a candidate is aligned once more on surfaces that were opened where it tears
+them: it is nearly right, so that of the coarse stages the last is enough."""
 
 
 @dataclass(eq=False)
