@@ -345,7 +345,8 @@ class MatchResult(_Part):
     proof: SampleProof | None = Field(
         default=None,
         description="The least energy over all target samples of the finest level. `certified`"
-        " compares the answer with about twelve of them for each point; this, with all. Null with"
+        " compares the answer with two or three of them for each point, or up to twelve if nothing"
+        " was registered; this, with all. Null with"
         ' `proof` "candidates", with a prototype, with the objective "linf", and of too many'
         " samples.",
     )

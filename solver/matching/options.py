@@ -217,9 +217,11 @@ class MatchOptions(ParameterSet):
     )
     proof: str = parameter(
         SAMPLES,
-        'Correspondences that the proof covers. "candidates": those of the finest level, about'
-        ' twelve target samples for each point. "samples": also all target samples of the finest'
-        " level; `proof` of the result has the least energy over these. It is the answer if"
+        'Correspondences that the proof covers. "candidates": those among the candidates of the'
+        " finest level: after a registration, the image of each point and the samples within 0.05"
+        ' √area of it, two or three on average; otherwise up to twelve for each point. "samples":'
+        " also all target samples of the finest level, some 160 for 32 points; `proof` of the"
+        " result has the least energy over these. It is the answer if"
         " `orientation` is false; otherwise the orientation-preserving answer stays, which may have"
         ' more energy. With objective "linf", "samples" adds the Gromov-Hausdorff distance of the'
         " samples, `gromov_hausdorff_distance` of the result. No effect with a prototype, and above"
