@@ -107,17 +107,17 @@ class SurfacePoint(BaseModel):
 
 
 class TransferResult(BaseModel):
-    """Attributes or landmarks that were carried from one shape of a match to the other."""
+    """Attributes or landmarks that were transferred from one shape of a match to the other."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
     version: Literal[1] = Field(default=1, description="Version of this format.")
     match: str = Field(description="Id of the job that matched the shapes.")
-    source: str = Field(description="Id of the shape that values were carried from.")
-    target: str = Field(description="Id of the shape that values were carried to.")
+    source: str = Field(description="Id of the shape that values come from.")
+    target: str = Field(description="Id of the shape that values were transferred to.")
     source_name: str | None = Field(description="Its name.")
     target_name: str | None = Field(description="Its name.")
-    what: TransferKind = Field(description="Kind of what was carried.")
+    what: TransferKind = Field(description="Kind of the values.")
     direction: Direction = Field(description="Direction in the match.")
     on: Literal["vertices", "faces", "corners"] = Field(
         default="vertices",
@@ -129,7 +129,7 @@ class TransferResult(BaseModel):
         " `target`, or a corner."
     )
     attributes: tuple[AttributeSummary, ...] = Field(
-        description="What was carried; the values are in the files of the job."
+        description="What was transferred; the values are in the files of the job."
     )
     points: tuple[SurfacePoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
@@ -137,8 +137,9 @@ class TransferResult(BaseModel):
     )
     confidence: Confidence | None = Field(
         default=None,
-        description="Confidence of the match that it was carried along; null if it is not known,"
-        " as for point clouds, for the map of an alternative and in documents of earlier versions.",
+        description="Confidence of the match that they were transferred along; null if it is not"
+        " known, as for point clouds, for the map of an alternative and in documents of earlier"
+        " versions.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds, "total".')

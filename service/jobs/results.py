@@ -68,8 +68,8 @@ BYTES: Final = "application/octet-stream"
 def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = "") -> Response:
     """Return the result of a job.
 
-    It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, what a
-    transfer carried, a template registered to specimens, or consistent maps of a collection.
+    It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, the
+    values of a transfer, a template registered to specimens, or consistent maps of a collection.
     """
     return json_answer(open_result(service, job_id), accept_encoding)
 

@@ -45,7 +45,7 @@ class JobLinks(BaseModel):
     exports: tuple[str, ...] = Field(
         description="Its result as files of other formats, for kinds that have them."
     )
-    match: str | None = Field(description="The match that it carries something along.")
+    match: str | None = Field(description="The match along which it transfers values.")
     partial: str | None = Field(
         description="Its result as far as it is known while the job runs, for kinds done in parts."
     )
@@ -159,7 +159,7 @@ class Job(BaseModel):
         " match of a batch until a worker will soon be free for it."
     )
     waiting_for: _Awaited | None = Field(
-        description="What a job waits for: `worker`, for there is none alive, or its `turn`. A"
+        description="What a job waits for: a `worker`, if none is alive, or its `turn`. A"
         " running comparison or batch waits while all workers work for other jobs. Null for a job"
         " that does not wait."
     )
