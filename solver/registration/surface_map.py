@@ -211,9 +211,9 @@ class SurfaceMap:
 
     @cached_property
     def normals(self) -> FloatArray:
-        """(V, 3) outward unit normals of the displaced source."""
-        side = -self.source.side if self.reflected else self.source.side
-        return side * vertex_normals(self.positions, self.source.mesh.faces)
+        """(V, 3) unit normals of the displaced source, on the side that they are on at rest."""
+        normals = vertex_normals(self.positions, self.source.mesh.faces)
+        return -normals if self.reflected else normals
 
     @cached_property
     def _embedded(self) -> RealArray:
