@@ -44,9 +44,9 @@ which stretches it over what it lacks. Of 19 parts it is 0.085 to 0.45 in the en
 
 _COMPLETE = 0.01
 """Share below which neither of two surfaces that are cut across the trunk lacks anything of the
-other. Of 18 pairs of faces and leaves, deformed and remeshed, it is at most 0.004; of the 36 pairs
-of bodies without opposite sides, many of them mirrored, the greater of both shares is at least
-0.018."""
+other. Of 18 pairs of faces and leaves, deformed and remeshed, it is at most 0.004. Of 36 pairs of
+bodies without opposite sides, many of them mirrored, the greater of both shares is 0.005 and 0.010
+for the left and the right of two people, and more for all others."""
 
 _BEGUN, _COMPARED = 500, 100
 """Samples whose images a candidate begins at, and are compared, at most."""
