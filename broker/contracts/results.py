@@ -74,7 +74,8 @@ class Level(_Part):
     method: str = Field(description="Method that found and bounded the answer.")
     seconds: float = Field(description="Time the level took.")
     rank: int = Field(
-        description="Place of the answer among it and its alternatives by energy at this level."
+        description="Place of the answer by energy at this level, among the answer and its"
+        " alternatives: 1 for the least energy."
     )
     scope: Literal["candidates", "samples"] | None = Field(
         default=None,
@@ -359,7 +360,8 @@ class MatchResult(ResultDocument):
     proof: SampleProof | None = Field(
         default=None,
         description="The least energy over all target samples of the finest level. `certified`"
-        " compares the answer with about twelve of them for each point; this, with all. Null with"
+        " compares the answer with two or three of them for each point, or up to twelve if nothing"
+        " was registered; this, with all. Null with"
         ' `proof` "candidates", with a prototype, with the objective "linf", and of too many'
         " samples.",
     )
@@ -397,7 +399,9 @@ class MatchResult(ResultDocument):
         " `first_order_weight`, `occlusion_cost` or the points of the coarsest level are not those"
         " by default.",
     )
-    warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
+    warnings: tuple[str, ...] = Field(
+        description="Repairs of the meshes, limits that were reached, and doubts."
+    )
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')
 
 

@@ -118,17 +118,17 @@ class CarriedPoint(SurfacePoint):
 
 
 class TransferResult(ResultDocument):
-    """Attributes or landmarks that were carried from one shape of a match to the other."""
+    """Attributes or landmarks that were transferred from one shape of a match to the other."""
 
     ADDED: ClassVar = frozenset({"on", "confidence"})
 
     kind: Literal["transfer"] = Field(default="transfer", description="Kind of the job.")
     match: str = Field(description="Id of the job that matched the shapes.")
-    source: str = Field(description="Id of the shape that values were carried from.")
-    target: str = Field(description="Id of the shape that values were carried to.")
+    source: str = Field(description="Id of the shape that values come from.")
+    target: str = Field(description="Id of the shape that values were transferred to.")
     source_name: str | None = Field(description="Its name.")
     target_name: str | None = Field(description="Its name.")
-    what: TransferKind = Field(description="Kind of what was carried.")
+    what: TransferKind = Field(description="Kind of the values.")
     direction: Direction = Field(description="Direction in the match.")
     on: Literal["vertices", "faces", "corners"] = Field(
         default="vertices",
@@ -140,7 +140,7 @@ class TransferResult(ResultDocument):
         " `target`, or a corner."
     )
     attributes: tuple[AttributeSummary, ...] = Field(
-        description="What was carried; the values are in the files of the job."
+        description="What was transferred; the values are in the files of the job."
     )
     points: tuple[CarriedPoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
@@ -148,8 +148,9 @@ class TransferResult(ResultDocument):
     )
     confidence: Confidence | None = Field(
         default=None,
-        description="Confidence of the match that it was carried along; null if it is not known,"
-        " as for point clouds, for the map of an alternative and in documents of earlier versions.",
+        description="Confidence of the match that they were transferred along; null if it is not"
+        " known, as for point clouds, for the map of an alternative and in documents of earlier"
+        " versions.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds, "total".')

@@ -74,8 +74,8 @@ _Result: TypeAlias = Annotated[
 def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = "") -> Response:
     """Return the result of a job.
 
-    It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, what a
-    transfer carried, a template registered to specimens, or consistent maps of a collection, as
+    It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, the
+    values of a transfer, a template registered to specimens, or consistent maps of a collection, as
     `kind` says. Results of earlier versions have no `kind` and no `job`: until they expire, see the
     `kind` of the job.
     """

@@ -72,7 +72,7 @@ class JobLinks(BaseModel):
         " the prototype that was learned, while the result is kept; null before, and for other"
         " kinds."
     )
-    match: str | None = Field(description="The match that it carries something along.")
+    match: str | None = Field(description="The match along which it transfers values.")
     partial: str | None = Field(
         description="What is known of a batch or a comparison while it runs, and afterwards; null"
         " for other kinds, and for a comparison without a result."
@@ -197,7 +197,7 @@ class Job(BaseModel):
         " match of a batch until a worker will soon be free for it."
     )
     waiting_for: _Awaited | None = Field(
-        description="What a job waits for: `worker`, for there is none alive, or its `turn`. A"
+        description="What a job waits for: a `worker`, if none is alive, or its `turn`. A"
         " running comparison or batch waits while all workers work for other jobs. Null for a job"
         " that does not wait."
     )

@@ -24,9 +24,11 @@ confidence.
 4. `GET /v1/jobs/{id}/result` and `/v1/jobs/{id}/result.png`: fetch it.
 
 One source is matched with many targets by `POST /v1/batches`, a collection is compared by
-`POST /v1/dissimilarities`, and a prototype of a class is learned by `POST /v1/prototypes`:
-their jobs are waited for in the same way. A prototype's id can be the `source` of a match.
-Attributes and landmarks are carried along a match by `POST /v1/transfers`.
+`POST /v1/dissimilarities`, a template is registered to specimens by `POST /v1/registrations`,
+maps of a collection are made consistent by `POST /v1/consistent-maps`, and a prototype of a class
+is learned by `POST /v1/prototypes`: their jobs are waited for in the same way. A prototype's id can
+be the `source` of a match. Attributes and landmarks are transferred along a match by
+`POST /v1/transfers`.
 
 Every error is answered with a problem document, `application/problem+json` (RFC 9457).
 """
