@@ -70,7 +70,8 @@ def pairwise_maps(shapes: list[KnownShape], folder: Path | None) -> dict[Pair, P
         if kept is not None and kept.exists():
             found[i, j] = PairwiseMap.load(kept)
             continue
-        options = MatchOptions(points=32, dense=True)
+        # As the service does: compositions need an image of each vertex.
+        options = MatchOptions(points=32, dense=True, partial="none")
         matched = match(shapes[i].shape, shapes[j].shape, options)
         assert matched.dense is not None
         assert matched.confidence is not None

@@ -13,7 +13,7 @@ from pathlib import Path
 from bench.command_line import command_line, parsed, print_json
 from bench.dd_format import parse_dd, read_dd, read_text
 from solver.arrays import IntArray
-from solver.control import Control
+from solver.control import UNLIMITED, Control
 from solver.labelling import LabellingProblem, Solution
 from solver.optimisation import minimise
 
@@ -25,7 +25,7 @@ SMALL = "p 17 2 18 1\n" + "\n".join(
 
 def solve(problem: LabellingProblem, seconds: float, gap: float) -> Solution[IntArray]:
     """Solve an instance within a time limit, to a relative gap."""
-    return minimise(problem, iterations=10**9, gap=gap, control=Control().within(seconds))
+    return minimise(problem, iterations=UNLIMITED, gap=gap, control=Control().within(seconds))
 
 
 def solve_by_pylibmgm(path: Path) -> dict[str, float]:

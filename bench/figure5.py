@@ -39,7 +39,7 @@ GEOMETRY = "SI-HKS"
 METHODS: dict[str, tuple[DescriptorChoice, Light]] = {
     f"{TEXTURE}, same light": (Photometric(radius=0.1), SAME),
     TEXTURE: (Photometric(radius=0.1), OTHER),
-    f"{TEXTURE}, hard light": (Photometric(radius=0.1), HARD),
+    f"{TEXTURE}, strong light": (Photometric(radius=0.1), HARD),
     "RGB within 0.03": (Photometric(radius=0.03), OTHER),
     GEOMETRY: (ScaleInvariantHeatKernelSignature(), OTHER),
 }

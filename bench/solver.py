@@ -19,7 +19,7 @@ import numpy as np
 
 from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray
-from solver.control import Control, iterate
+from solver.control import UNLIMITED, Control, iterate
 from solver.labelling import CERTIFIED_GAP, NO_TRIPLES, LabellingProblem, triple_costs
 from solver.optimisation import minimise
 from solver.optimisation.dual_decomposition import DualDecomposition, Subproblems
@@ -106,7 +106,7 @@ def gaps(
                 problem = instance(n, n, seed, 0.3, third_order=third_order)
                 method = DualDecomposition(problem, None, subproblems)
                 started = time.perf_counter()
-                found = iterate(method, 10**9, Control().within(seconds)).state
+                found = iterate(method, UNLIMITED, Control().within(seconds)).state
                 times.append(time.perf_counter() - started)
                 left.append(found.gap)
             order = "third_order_" if third_order > 0.0 else ""

@@ -53,7 +53,7 @@ def _default(value: object) -> str:
 
 
 def _summary(parameters: Sequence[Described]) -> str:
-    """Parameters most users look for, in a sentence each."""
+    """Parameters most users look for, in a sentence each, with values and default."""
     names = {
         "metric": [one.name for one in catalogue().metrics],
         "descriptor": [one.name for one in catalogue().descriptors],
@@ -61,9 +61,10 @@ def _summary(parameters: Sequence[Described]) -> str:
     rows = []
     shown = [one for one in parameters if one.topic in ("", "Shapes") or one.name in names]
     for one in sorted(shown, key=lambda one: one.name not in ("points", *names)):
-        values = ", ".join(f"`{name}`" for name in names.get(one.name, []))
-        rows.append((f"`{one.name}`", f"{one.summary}{values and ': '}{values}"))
-    return _table(("parameter", "meaning"), rows)
+        values = ", ".join(f"`{name}`" for name in names.get(one.name, one.values))
+        default = _default(one.default) or "none"
+        rows.append((f"`{one.name}`", f"{one.summary}{values and ': '}{values}", default))
+    return _table(("parameter", "meaning", "default"), rows)
 
 
 def _structures() -> str:

@@ -5,17 +5,22 @@ Loops over independent items ask :meth:`Control.in_time`; stages of a pipeline a
 reported by :meth:`Control.stage`.
 """
 
+import itertools
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Generic, Protocol, TypeVar
+from typing import Final, Generic, Protocol, TypeVar
 
 from solver.errors import Cancelled
 
 StateT = TypeVar("StateT")
 ItemT = TypeVar("ItemT")
+
+
+UNLIMITED: Final = 10**9
+"""Iterations of a method that ends of itself, or at its deadline."""
 
 
 class Status(StrEnum):
@@ -140,14 +145,21 @@ class Control:
     def in_time(self, items: Iterable[ItemT], least: int = 0) -> Iterator[ItemT]:
         """Yield items until the deadline, but at least the first `least`.
 
+        Items of a generator are computed only if they are yielded.
+
         Raises
         ------
         Cancelled
             The caller asked to stop.
         """
-        for index, item in enumerate(items):
+        left = iter(items)
+        for index in itertools.count():
             self.check()
             if index >= least and self.expired:
+                return
+            try:
+                item = next(left)
+            except StopIteration:
                 return
             yield item
 

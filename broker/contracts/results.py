@@ -1,11 +1,12 @@
 """The result of a match."""
 
-from typing import Annotated, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.parameters import MatchParameters
 from broker.contracts.problems import FieldProblem
+from broker.contracts.result_document import ResultDocument
 
 LIKELY_RIGHT: Final = 0.5
 """Probability of being right above which an answer is not in doubt: a coin toss is."""
@@ -47,7 +48,7 @@ class Alternative(_Part):
         ' target: "variation" if it differs in parts only. Null in results of earlier versions.',
     )
     energy: float = Field(description="Energy of the labelling problem, (5) of the paper.")
-    correspondences: tuple[Correspondence, ...]
+    correspondences: tuple[Correspondence, ...] = Field(description="Its pairs.")
     distortion: Distortion
 
 
@@ -73,7 +74,8 @@ class Level(_Part):
     method: str = Field(description="Method that found and bounded the answer.")
     seconds: float = Field(description="Time the level took.")
     rank: int = Field(
-        description="Place of the answer among it and its alternatives by energy at this level."
+        description="Place of the answer by energy at this level, among the answer and its"
+        " alternatives: 1 for the least energy."
     )
     scope: Literal["candidates", "samples"] | None = Field(
         default=None,
@@ -287,10 +289,23 @@ class DenseCorrespondence(_Part):
     )
 
 
-class MatchResult(_Part):
+class MatchResult(ResultDocument):
     """A minimum-distortion correspondence, with what is proven of it."""
 
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    ADDED: ClassVar = frozenset(
+        {
+            "source_name",
+            "target_name",
+            "source_file_vertices",
+            "target_file_vertices",
+            "confidence",
+            "proof",
+            "gromov_hausdorff_distance",
+            "overlap",
+        }
+    )
+
+    kind: Literal["match"] = Field(default="match", description="Kind of the job.")
     source: str = Field(description="Id of the source: a shape, or a prototype.")
     source_kind: Literal["shape", "prototype"] = Field(
         default="shape",
@@ -345,7 +360,8 @@ class MatchResult(_Part):
     proof: SampleProof | None = Field(
         default=None,
         description="The least energy over all target samples of the finest level. `certified`"
-        " compares the answer with about twelve of them for each point; this, with all. Null with"
+        " compares the answer with two or three of them for each point, or up to twelve if nothing"
+        " was registered; this, with all. Null with"
         ' `proof` "candidates", with a prototype, with the objective "linf", and of too many'
         " samples.",
     )
@@ -383,7 +399,9 @@ class MatchResult(_Part):
         " `first_order_weight`, `occlusion_cost` or the points of the coarsest level are not those"
         " by default.",
     )
-    warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
+    warnings: tuple[str, ...] = Field(
+        description="Repairs of the meshes, limits that were reached, and doubts."
+    )
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')
 
 

@@ -53,7 +53,7 @@ class GeodesicMetric(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["geodesic"]
+    name: Literal["geodesic"] = Field(description="Name of the structure.")
 
 
 class DiffusionMetric(Choice):
@@ -81,16 +81,16 @@ class DiffusionMetric(Choice):
                 ),
                 type="number",
                 default=0.01,
-                minimum=9.999999999999999e-31,
+                minimum=1e-30,
                 maximum=1e30,
                 unit="area",
             ),
         ),
     )
-    name: Literal["diffusion"]
+    name: Literal["diffusion"] = Field(description="Name of the structure.")
     time: float | None = Field(
         default=None,
-        ge=9.999999999999999e-31,
+        ge=1e-30,
         le=1e30,
         description=(
             "Time t: heat spreads as far as 2√t. In the square of the shapes' unit of"
@@ -116,7 +116,7 @@ class CommuteTimeMetric(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["commute_time"]
+    name: Literal["commute_time"] = Field(description="Name of the structure.")
 
 
 class BiharmonicMetric(Choice):
@@ -137,7 +137,7 @@ class BiharmonicMetric(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["biharmonic"]
+    name: Literal["biharmonic"] = Field(description="Name of the structure.")
 
 
 class UnknownMetric(Choice):
@@ -165,6 +165,10 @@ Metric = TypeAliasType(
         | Annotated[BiharmonicMetric, Tag("choice[biharmonic]")]
         | SkipJsonSchema[Annotated[UnknownMetric, Tag(UNKNOWN)]],
         by_name(get_args(MetricName)),
+        Field(
+            description="A metric: its name, or that and its parameters, as listed by"
+            " `GET /v1/structures`."
+        ),
     ],
 )
 """A metric: its name, or that and its parameters."""
@@ -191,7 +195,7 @@ class NoDescriptor(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["none"]
+    name: Literal["none"] = Field(description="Name of the structure.")
 
 
 class Photometric(Choice):
@@ -228,7 +232,7 @@ class Photometric(Choice):
             ),
         ),
     )
-    name: Literal["photometric"]
+    name: Literal["photometric"] = Field(description="Name of the structure.")
     radius: float | None = Field(
         default=None,
         ge=0.0,
@@ -263,7 +267,7 @@ class GeodesicHistogram(Choice):
                 ),
                 type="number",
                 default=0.3,
-                minimum=9.999999999999999e-31,
+                minimum=1e-30,
                 maximum=1e30,
                 unit="length",
             ),
@@ -274,14 +278,14 @@ class GeodesicHistogram(Choice):
                 default=8,
                 minimum=1,
                 maximum=64,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["geodesic_histogram"]
+    name: Literal["geodesic_histogram"] = Field(description="Name of the structure.")
     radius: float | None = Field(
         default=None,
-        ge=9.999999999999999e-31,
+        ge=1e-30,
         le=1e30,
         description=(
             "Radius r of the disc. In the shapes' unit of length; null for 0.3 times √area."
@@ -318,7 +322,7 @@ class GaussianCurvature(Choice):
             ),
         ),
     )
-    name: Literal["gaussian_curvature"]
+    name: Literal["gaussian_curvature"] = Field(description="Name of the structure.")
     scale: float | None = Field(
         default=None,
         ge=0.0,
@@ -352,7 +356,7 @@ class ConformalFactor(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["conformal_factor"]
+    name: Literal["conformal_factor"] = Field(description="Name of the structure.")
 
 
 class Eigenfunctions(Choice):
@@ -387,11 +391,11 @@ class Eigenfunctions(Choice):
                 default=20,
                 minimum=1,
                 maximum=100,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["eigenfunctions"]
+    name: Literal["eigenfunctions"] = Field(description="Name of the structure.")
     count: int = Field(
         default=20,
         ge=1,
@@ -457,14 +461,14 @@ class HeatKernelSignature(Choice):
                     0.853357786057,
                     1.0,
                 ),
-                minimum=9.999999999999999e-31,
+                minimum=1e-30,
                 maximum=1e30,
                 unit="area",
             ),
         ),
     )
-    name: Literal["hks"]
-    times: tuple[Annotated[float, Field(ge=9.999999999999999e-31, le=1e30)], ...] | None = Field(
+    name: Literal["hks"] = Field(description="Name of the structure.")
+    times: tuple[Annotated[float, Field(ge=1e-30, le=1e30)], ...] | None = Field(
         default=None,
         min_length=1,
         max_length=128,
@@ -498,11 +502,11 @@ class ScaleInvariantHeatKernelSignature(Choice):
                 default=6,
                 minimum=1,
                 maximum=40,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["si_hks"]
+    name: Literal["si_hks"] = Field(description="Name of the structure.")
     frequencies: int = Field(
         default=6, ge=1, le=40, description="Number of lowest frequencies kept."
     )
@@ -537,11 +541,11 @@ class WaveKernelSignature(Choice):
                 default=0.2,
                 minimum=0.01,
                 maximum=10.0,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["wks"]
+    name: Literal["wks"] = Field(description="Name of the structure.")
     sigma: float = Field(
         default=0.2,
         ge=0.01,
@@ -585,6 +589,10 @@ Descriptor = TypeAliasType(
         | Annotated[WaveKernelSignature, Tag("choice[wks]")]
         | SkipJsonSchema[Annotated[UnknownDescriptor, Tag(UNKNOWN)]],
         by_name(get_args(DescriptorName)),
+        Field(
+            description="A descriptor: its name, or that and its parameters, as listed by"
+            " `GET /v1/structures`."
+        ),
     ],
 )
 """A descriptor: its name, or that and its parameters."""

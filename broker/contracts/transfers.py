@@ -2,11 +2,12 @@
 
 from datetime import datetime
 from pathlib import PurePath
-from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
+from typing import Annotated, BinaryIO, ClassVar, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.digests import sha256_of
+from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence
 from broker.contracts.vertices import Vertex
 
@@ -106,18 +107,28 @@ class SurfacePoint(BaseModel):
     ] = Field(description="Barycentric coordinates, none negative, of sum 1.")
 
 
-class TransferResult(BaseModel):
-    """Attributes or landmarks that were carried from one shape of a match to the other."""
+class CarriedPoint(SurfacePoint):
+    """Image of a landmark."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+    position: tuple[float, float, float] | None = Field(
+        default=None,
+        description="Where it is, in the coordinates of the shape's file; missing in results of"
+        " earlier versions.",
+    )
 
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+
+class TransferResult(ResultDocument):
+    """Attributes or landmarks that were transferred from one shape of a match to the other."""
+
+    ADDED: ClassVar = frozenset({"on", "confidence"})
+
+    kind: Literal["transfer"] = Field(default="transfer", description="Kind of the job.")
     match: str = Field(description="Id of the job that matched the shapes.")
-    source: str = Field(description="Id of the shape that values were carried from.")
-    target: str = Field(description="Id of the shape that values were carried to.")
+    source: str = Field(description="Id of the shape that values come from.")
+    target: str = Field(description="Id of the shape that values were transferred to.")
     source_name: str | None = Field(description="Its name.")
     target_name: str | None = Field(description="Its name.")
-    what: TransferKind = Field(description="Kind of what was carried.")
+    what: TransferKind = Field(description="Kind of the values.")
     direction: Direction = Field(description="Direction in the match.")
     on: Literal["vertices", "faces", "corners"] = Field(
         default="vertices",
@@ -129,16 +140,17 @@ class TransferResult(BaseModel):
         " `target`, or a corner."
     )
     attributes: tuple[AttributeSummary, ...] = Field(
-        description="What was carried; the values are in the files of the job."
+        description="What was transferred; the values are in the files of the job."
     )
-    points: tuple[SurfacePoint | None, ...] | None = Field(
+    points: tuple[CarriedPoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
         " partner; null for other kinds."
     )
     confidence: Confidence | None = Field(
         default=None,
-        description="Confidence of the match that it was carried along; null if it is not known,"
-        " as for point clouds, for the map of an alternative and in documents of earlier versions.",
+        description="Confidence of the match that they were transferred along; null if it is not"
+        " known, as for point clouds, for the map of an alternative and in documents of earlier"
+        " versions.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds, "total".')

@@ -2,9 +2,11 @@
 
 from typing import Annotated, TypeAlias
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
-Vertex: TypeAlias = Annotated[int, Field(ge=0, le=2**53, strict=True)]
+from broker.contracts.strict import integral
+
+Vertex: TypeAlias = Annotated[int, Field(ge=0, le=2**53, strict=True), BeforeValidator(integral)]
 Landmark: TypeAlias = Annotated[
     tuple[Vertex, ...], Field(min_length=2, max_length=2, strict=False, fail_fast=True)
 ]

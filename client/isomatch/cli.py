@@ -64,7 +64,8 @@ from isomatch._operations.result_files import COMPARE_FORMATS, MATCH_FORMATS, sh
 app = typer.Typer(
     name="isomatch",
     cls=Commands,
-    help="Minimum-distortion correspondence of non-rigid shapes, computed by an isomatch service.",
+    help="Minimum-distortion correspondence of non-rigid shapes, computed by an isomatch service."
+    " ISOMATCH_URL names its address, ISOMATCH_API_KEY holds the API key, if it needs one.",
     epilog=EXIT_CODES,
     no_args_is_help=True,
     add_completion=False,

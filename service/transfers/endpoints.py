@@ -47,7 +47,7 @@ router = APIRouter(prefix="/v1/transfers", tags=["transfers"])
 def create_transfer(
     asked: TransferRequest, service: ServiceOf, order: JobOrder, response: Response
 ) -> Job:
-    """Carry attributes of the vertices or faces of one shape of a match to the other, or landmarks.
+    """Transfer attributes of vertices or faces, or landmarks, between the two shapes of a match.
 
     The match is one with `dense`. A vertex takes the value at the point of the other shape that it
     corresponds to, and a face what most of its area corresponds to, or the mean; those without a
@@ -73,7 +73,7 @@ def create_transfer(
     operation_id="get_source_arrays",
 )
 async def get_source_arrays(job_id: JobId, context: CallContextOf) -> Response:
-    """Return what a transfer carried, as it is on the shape that it was carried from.
+    """Return the values of a transfer on the shape that they come from.
 
     Names and columns are those of `result.npz`, and row i is vertex i, or face i, of the file of
     that shape. Not of `texture` and `uv`, which the shape's own file has.

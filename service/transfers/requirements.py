@@ -21,7 +21,7 @@ from service.shapes import counted, refuse, use_shapes, vertices_out_of_range
 from service.transfers.attributes import use_attributes
 from service.transfers.schemas import TransferRequest
 
-_REFUSED: Final = "This cannot be carried along this match; `errors` says why."
+_REFUSED: Final = "This cannot be transferred along this match; `errors` says why."
 
 _MATCH: Final = "body.match"
 

@@ -14,6 +14,7 @@ from broker.contracts import (
     Direction,
     SurfacePoint,
     TransferKind,
+    integral,
 )
 from service.jobs import JobRequest
 from service.names import NamedId, showable
@@ -31,6 +32,7 @@ class Attributes(AttributesRecord):
 
 def _point_at_vertex(given: Any) -> Any:
     """A vertex is the point with all of the weight at one corner."""
+    given = integral(given)
     if isinstance(given, int) and not isinstance(given, bool):
         return {"vertices": [given] * 3, "weights": [1.0, 0.0, 0.0]}
     return given
@@ -51,7 +53,7 @@ AttributeName = Annotated[str, Field(min_length=1, max_length=100), AfterValidat
 
 
 class TransferRequest(JobRequest):
-    """What is carried along a match, and in which direction."""
+    """What is transferred along a match, and in which direction."""
 
     model_config = ConfigDict(
         strict=True,
@@ -79,7 +81,7 @@ class TransferRequest(JobRequest):
 
     match: NamedId = Field(description="Id of the job of a match with `dense`.")
     what: TransferKind = Field(
-        description="Kind of what is carried: scalars, vectors and colours by barycentric means"
+        description="Kind of the values: scalars, vectors and colours by barycentric means"
         " (components of vectors one by one: directions are not rotated), labels by majority,"
         " skinning weights by means of sum 1; landmarks, which are points; the texture in the"
         " shape's own file, as colours of vertices, and in GLB files as an image; or, as uv, its"
@@ -91,7 +93,7 @@ class TransferRequest(JobRequest):
     )
     attributes: NamedId | None = Field(
         default=None,
-        description="Id of a file of attributes of the shape that values are carried from; null for"
+        description="Id of a file of attributes of the shape that values come from; null for"
         " the attributes in the file of that shape itself, whose colours include its texture.",
     )
     on: AttributeElement | None = Field(
@@ -105,8 +107,8 @@ class TransferRequest(JobRequest):
         max_length=1024,
         strict=False,
         fail_fast=True,
-        description="Attributes to carry; of skinning, joints: their weights are divided by their"
-        " sum. None for all of the kind.",
+        description="Attributes to transfer; of skinning, joints: their weights are divided by"
+        " their sum. None for all of the kind.",
     )
     influences: Annotated[int, Field(ge=1, le=1024)] | None = Field(
         default=None,
@@ -118,8 +120,8 @@ class TransferRequest(JobRequest):
         max_length=10_000,
         strict=False,
         fail_fast=True,
-        description="The landmarks, vertices or points in triangles of the shape that they are"
-        ' carried from; only with `what` "landmarks".',
+        description="The landmarks, vertices or points in triangles of the shape that they come"
+        ' from; only with `what` "landmarks".',
     )
 
     @property

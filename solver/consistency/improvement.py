@@ -208,6 +208,11 @@ def images_of(
     Returns
     -------
     (V,) vertices of the target, and (W,) vertices of the source.
+
+    Raises
+    ------
+    ValueError
+        The map leaves vertices out, as that of a part does.
     """
     assert dense.inverse is not None
     forward = _by_vertex(dense.source, dense.target, source, target)
@@ -215,8 +220,13 @@ def images_of(
 
 
 def _by_vertex(given: IntArray, images: IntArray, source: Shape, target: Shape) -> IntArray:
-    found = np.empty(source.mesh.n_vertices, dtype=np.int64)
+    found = np.full(source.mesh.n_vertices, -1)
     found[source.mesh.vertices_of(given)] = target.mesh.vertices_of(images)
+    if left_out := int((found < 0).sum()):
+        raise ValueError(
+            f"the map leaves out {left_out} of {len(found)} vertices; maps of a collection are of"
+            ' whole shapes: match them with partial="none"'
+        )
     return found
 
 

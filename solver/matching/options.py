@@ -184,20 +184,19 @@ class MatchOptions(ParameterSet):
     )
     partial: str = parameter(
         DETECTED,
-        'Shape that is a part of the other: "source", "target", "both", "none", or "detected". A'
-        " part has holes or is cut off, and may have another scale."
-        ' "both": the two overlap, and each lacks points of the other.'
-        ' "none": both are wholes. "detected": parts are detected by their boundary. If one'
-        " boundary is longer than half of √area, and by a registration as wholes its surface lacks"
-        " more than a thirteenth of the other's area, it is matched as a part. If both boundaries"
-        " are longer than 0.3 √area, the surfaces are matched as wholes and as overlapping; the"
-        " overlap is the answer if either lacks as much, or if the two matches disagree."
-        ' Only with "detected", components that the other shape does not have, such as a floor,'
-        " are left out. Points without a partner stay unmatched, vertices without a partner are"
-        " left out of `dense`, and `overlap` of the result has the share of each area that has a"
-        " partner. Parts are matched at one level, by geodesic distance, with an `occlusion_cost`"
-        " of 0.25 unless given. Their scale is found; with `normalise` false it is that of the"
-        " files. Not with `refine`.",
+        "Shape that is a part of the other, if one is. A part has holes or is cut off, and may have"
+        ' another scale. "source" and "target" name it; "both": the two overlap, and each lacks'
+        ' points of the other; "none": both are wholes. "detected": parts are detected by their'
+        " boundary. If one boundary is longer than half of √area, and by a registration as wholes"
+        " its surface lacks at least 7.5 % of the other's area, it is matched as a part. If both"
+        " boundaries are longer than 0.3 √area, the surfaces are matched as wholes and as"
+        " overlapping; the overlap is the answer if either lacks as much, or if the two matches"
+        ' disagree. Only with "detected", components that the other shape does not have, such as a'
+        " floor, are left out. Points without a partner stay unmatched, vertices without a partner"
+        " are left out of `dense`, and `overlap` of the result has the share of each area that has"
+        " a partner. Parts are matched at one level, by geodesic distance, with an"
+        " `occlusion_cost` of 0.25 unless given. Their scale is found; with `normalise` false it is"
+        " that of the files. Not with `refine`.",
         one_of=(DETECTED, SOURCE, TARGET, BOTH, WHOLE),
         topic="Shapes",
     )
@@ -217,9 +216,11 @@ class MatchOptions(ParameterSet):
     )
     proof: str = parameter(
         SAMPLES,
-        'Correspondences that the proof covers. "candidates": those of the finest level, about'
-        ' twelve target samples for each point. "samples": also all target samples of the finest'
-        " level; `proof` of the result has the least energy over these. It is the answer if"
+        'Correspondences that the proof covers. "candidates": those among the candidates of the'
+        " finest level: after a registration, the image of each point and the samples within 0.05"
+        ' √area of it, two or three on average; otherwise up to twelve for each point. "samples":'
+        " also all target samples of the finest level, some 160 for 32 points; `proof` of the"
+        " result has the least energy over these. It is the answer if"
         " `orientation` is false; otherwise the orientation-preserving answer stays, which may have"
         ' more energy. With objective "linf", "samples" adds the Gromov-Hausdorff distance of the'
         " samples, `gromov_hausdorff_distance` of the result. No effect with a prototype, and above"

@@ -15,7 +15,8 @@ from solver.shape.descriptors import aligned_eigenfunctions
 _MIN_VALUE, _MAX_VALUE = 1e-150, 1e150
 """Range of values whose squares neither underflow nor overflow in double precision."""
 
-NO_LANDMARKS = np.empty((0, 2), dtype=np.int64)
+NO_PAIRS: IntArray = np.empty((0, 2), dtype=np.int64)
+"""No landmarks, as pairs of vertices."""
 
 
 def build_level(
@@ -24,7 +25,7 @@ def build_level(
     index: int,
     size: tuple[int, int],
     options: MatchOptions,
-    landmarks: IntArray = NO_LANDMARKS,
+    landmarks: IntArray = NO_PAIRS,
 ) -> Level:
     """Sample both shapes and compute their structures at one level.
 

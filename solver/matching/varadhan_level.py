@@ -14,7 +14,7 @@ from solver.arrays import IntArray
 from solver.labelling import LINF
 from solver.matching.level import Level, SampledStructure
 from solver.matching.options import MatchOptions
-from solver.matching.structures import NO_LANDMARKS, build_level
+from solver.matching.structures import NO_PAIRS, build_level
 from solver.shape import Shape, varadhan_distances
 from solver.shape.choices import CommuteTime, Geodesic, Varadhan
 
@@ -65,7 +65,7 @@ def build_varadhan_level(
     index: int,
     size: tuple[int, int],
     options: MatchOptions,
-    landmarks: IntArray = NO_LANDMARKS,
+    landmarks: IntArray = NO_PAIRS,
 ) -> Level:
     """Sample the target more densely than the coarsest level, and measure by Varadhan's formula.
 

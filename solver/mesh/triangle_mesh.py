@@ -104,6 +104,15 @@ class TriangleMesh:
         return float(triangle_areas(self.vertices, self.faces).sum())
 
     @cached_property
+    def volume(self) -> float:
+        """Volume that a closed surface encloses, in the user's units cubed; meaningless for others.
+
+        Of components whose triangles are wound inwards it is negative.
+        """
+        a, b, c = (self.vertices[corner] for corner in self.faces.T)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+
+    @cached_property
     def edges(self) -> IntArray:
         """(E, 2) the edges, each once, smaller vertex first, in lexicographic order."""
         return self.face_edges.ends

@@ -9,7 +9,7 @@ from solver.prototype.mixtures import GaussianMixtures
 from solver.prototype.surfaces import ExampleSurface
 from solver.shape.choices import DescriptorChoice, MetricChoice, NoDescriptor
 
-_MIN_USUAL_ENERGY = 0.1
+MIN_USUAL_ENERGY = 0.1
 """Least usual energy per point: that of nearly equal examples is due to sampling alone. Chosen on
 generated shapes."""
 
@@ -131,7 +131,7 @@ class Prototype:
         """Median energy per point of the left-out examples, NaN if there are none."""
         if not len(self.left_out_energies):
             return np.nan
-        return max(float(np.median(self.left_out_energies)), _MIN_USUAL_ENERGY)
+        return max(float(np.median(self.left_out_energies)), MIN_USUAL_ENERGY)
 
     @property
     def greatest_misfit(self) -> float:

@@ -77,7 +77,7 @@ class Pairs:
     images: IntArray
     back: IntArray
 
-    @property
+    @cached_property
     def weights(self) -> FloatArray:
         """(S, 1) weights of the source samples, with sum 1: both directions weigh the same."""
         n, m = len(self.images), len(self.back)

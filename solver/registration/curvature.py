@@ -42,22 +42,17 @@ class AverageCurvatures:
     spread: IntArray
 
     @classmethod
-    def of(
-        cls, mesh: TriangleMesh, spectrum: Spectrum, side: float, spread: IntArray
-    ) -> "AverageCurvatures":
+    def of(cls, mesh: TriangleMesh, spectrum: Spectrum, spread: IntArray) -> "AverageCurvatures":
         """Return the averages of a surface.
 
         Parameters
         ----------
         mesh, spectrum
             The surface, of unit area, and its spectrum.
-        side
-            -1 if the triangles are wound so that their normals point inwards, else 1.
         spread
             (n,) vertices spread over the surface.
         """
-        integrals, areas = mean_curvature_measures(mesh)
-        measures = np.stack([side * integrals, areas], axis=1)
+        measures = np.stack(mean_curvature_measures(mesh), axis=1)
         return cls(spectrum, spectrum.eigenfunctions.T @ measures, spread)
 
     def at(self, vertices: IntArray | None = None, area: float = 1.0) -> FloatArray:

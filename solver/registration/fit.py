@@ -205,8 +205,8 @@ def strain(
     scale
         √area of the source before it is displaced.
     """
-    rest = _first_form(source.derivatives(source.coefficients[: alignment.size]))
-    bent = _first_form(source.derivatives(alignment.coefficients))
+    rest = source.smoothed_first_form(alignment.size)
+    bent = source.first_form(alignment.coefficients)
     (a, b, c), (p, q, r) = rest, bent
     before, after = (np.maximum(x * z - y * y, 1e-12) for x, y, z in (rest, bent))
     trace = (c * p - 2.0 * b * q + a * r) / before
@@ -214,11 +214,6 @@ def strain(
     sheared = np.minimum(np.log(np.maximum(0.5 * trace / ratio, 1.0)), _MOST_STRAIN)
     stretched: FloatArray = np.clip(np.log(ratio / scale**2), -_MOST_STRAIN, _MOST_STRAIN)
     return sheared, stretched
-
-
-def _first_form(derivatives: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    u, v = derivatives
-    return (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
 
 
 def _changes_of_curvature(source: Samples, target: Samples, pairs: Pairs) -> list[FloatArray]:

@@ -55,7 +55,8 @@ Rematch = Callable[[Shape, Shape], Sequence[Points]]
 """Finds hypotheses, corresponding vertices, of two shapes that were opened."""
 
 _STAGES = (COARSE[-1], *FINE)
-"""Stages of the alignment after that."""
+"""Stages in which a candidate is aligned once more on surfaces that were opened where it tears
+them: it is nearly right, so that of the coarse stages the last is enough."""
 
 
 @dataclass(eq=False)
@@ -76,6 +77,7 @@ class OpenedCandidate:
     candidate: Candidate
     reflected: bool = False
     _images: IntArray | None = field(default=None, init=False, repr=False)
+    _refined: RefinedCandidate | None = field(default=None, init=False, repr=False)
 
     def images(self, vertices: IntArray, control: Control) -> IntArray:
         """(S,) vertices of the whole target that S vertices of the whole source go to.
@@ -107,7 +109,7 @@ class OpenedCandidate:
         ours, theirs = self.openings
         return VertexMaps(
             theirs.vertices[self._nearest[ours.index_of_vertex]],
-            ours.vertices[self._map.inverse()[0][theirs.index_of_vertex]],
+            ours.vertices[self._map.nearest()[theirs.index_of_vertex]],
         )
 
     def refined(self, control: Control) -> tuple[Images, Images]:
@@ -144,7 +146,7 @@ class OpenedCandidate:
         return direct.reflected() if self.reflected else direct
 
     def on_few(self, control: Control) -> RefinedCandidate:
-        """Return the candidate refined on few vertices.
+        """Return the candidate refined on few vertices; only the first call refines.
 
         Raises
         ------
@@ -153,9 +155,11 @@ class OpenedCandidate:
         MeshError
             The source's Laplacian cannot be factored.
         """
-        ours, theirs = (one.shape for one in self.openings)
-        few = ReducedTask.of(ours, theirs, self.task, FEW_VERTICES)
-        return refine_on_few(few, self.candidate, control)
+        if self._refined is None:
+            ours, theirs = (one.shape for one in self.openings)
+            few = ReducedTask.of(ours, theirs, self.task, FEW_VERTICES)
+            self._refined = refine_on_few(few, self.candidate, control)
+        return self._refined
 
     @cached_property
     def _map(self) -> SurfaceMap:

@@ -43,13 +43,13 @@ class RefinedCandidate:
         The map of the refined displacement.
     images
         (V,) target vertices nearest to all source vertices.
-    strained
-        As of :class:`RefinedFit`.
+    rest
+        The source at rest.
     """
 
     displaced: SurfaceMap
     images: IntArray
-    strained: float
+    rest: RigidDisplacement
 
     @cached_property
     def forward(self) -> Images:
@@ -64,7 +64,8 @@ class RefinedCandidate:
     @cached_property
     def fit(self) -> RefinedFit:
         """Its fit."""
-        return RefinedFit(*distances(self.displaced, self.forward, self.back), self.strained)
+        apart, turned = distances(self.displaced, self.forward, self.back)
+        return RefinedFit(apart, turned, self.rest.strain(self.displaced.positions))
 
 
 def refine_candidate(task: Task, candidate: Candidate, control: Control) -> RefinedCandidate:
@@ -165,14 +166,12 @@ def mend(found: RefinedCandidate, control: Control, rounds: int = ROUNDS) -> Ref
         The source's Laplacian cannot be factored.
     """
     source, target = found.displaced.source, found.displaced.target
-    reflected = found.displaced.reflected
     for _ in control.in_time(range(_MENDED)):
         off = torn_off(source.mesh, target.mesh.vertices[found.images])
         if off.mean() < LEAST_TORN_OFF:
             break
-        rigid = at_rest(source, reflected)
-        together, _ = found.displaced.refined(rigid.drawing(~off), control, FEWER_ROUNDS)
-        mended = _refined(together, rigid, control, rounds)
+        together, _ = found.displaced.refined(found.rest.drawing(~off), control, FEWER_ROUNDS)
+        mended = _refined(together, found.rest, control, rounds)
         if mended.fit.score >= found.fit.score:
             break
         found = mended
@@ -188,7 +187,7 @@ def _refined(
 ) -> RefinedCandidate:
     """Refine a map by a displacement, by default that of the source, whose strain is measured."""
     displaced, images = known.refined(displacement or rigid, control, rounds)
-    return RefinedCandidate(displaced, images, rigid.strain(displaced.positions))
+    return RefinedCandidate(displaced, images, rigid)
 
 
 def refine_on_few(

@@ -12,11 +12,10 @@ All pairs are submodular, so that a minimum cut finds the optimum (Kolmogorov an
 """
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.optimisation.minimum_cut import minimum_cut
 from solver.registration.confidence import RIGHT_ERROR
 from solver.registration.surface import Samples
 
@@ -32,7 +31,7 @@ _TWICE = 5.0
 _NEIGHBOURS = 6
 
 _STEPS = 1000
-"""Capacities are whole numbers of this part of a unit."""
+"""Capacities are whole numbers of this part of a unit, so that equal cuts are told exactly."""
 
 
 def neighbours_of(samples: Samples) -> IntArray:
@@ -72,11 +71,6 @@ def takes_second(
     capacities = np.concatenate(
         [jump, jump, np.full(len(twice), _TWICE), np.maximum(-worse, 0.0), np.maximum(worse, 0.0)]
     )
-    whole = np.round(_STEPS * capacities).astype(np.int32)
-    network = sp.csr_array((whole, (tails, heads)), shape=(count + 2, count + 2))
-    flow = maximum_flow(network, one_end, other_end).flow
-    left = sp.csr_array(network - sp.csr_array(flow)).maximum(0)
-    left.eliminate_zeros()
-    taken = np.ones(count + 2, dtype=bool)
-    taken[breadth_first_order(left, one_end, return_predecessors=False)] = False
-    return taken[:count]
+    whole = np.round(_STEPS * capacities)
+    _, keeps_first = minimum_cut(tails, heads, whole, one_end, other_end)
+    return ~keeps_first[:count]

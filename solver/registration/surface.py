@@ -34,6 +34,10 @@ _SPREAD = 100
 """Samples, the first, between which distances are compared."""
 
 
+FirstForm = tuple[FloatArray, FloatArray, FloatArray]
+"""(S,) entries E, F and G of the first fundamental form at S points."""
+
+
 @dataclass(frozen=True, eq=False)
 class Samples:
     """Eigenfunctions and their derivatives at some points of a surface.
@@ -72,6 +76,7 @@ class Samples:
     _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(
         default_factory=dict, init=False, repr=False
     )
+    _first_forms: dict[int, FirstForm] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -120,6 +125,17 @@ class Samples:
             self._smoothed[k] = self.surface(self.coefficients[:k])
         return self._smoothed[k]
 
+    def first_form(self, coefficients: FloatArray) -> FirstForm:
+        """First fundamental form of a smooth surface, of (k, 3) coefficients as in `surface`."""
+        u, v = self.derivatives(coefficients)
+        return (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
+
+    def smoothed_first_form(self, k: int) -> FirstForm:
+        """First fundamental form of this surface, smoothed to k eigenfunctions."""
+        if k not in self._first_forms:
+            self._first_forms[k] = self.first_form(self.coefficients[:k])
+        return self._first_forms[k]
+
     @cached_property
     def commute_times(self) -> RealArray:
         """(n, n) commute-time distances of the first samples, with mean 1."""
@@ -167,8 +183,9 @@ def commute_times(samples: Samples, chosen: IntArray) -> RealArray:
 class SmoothSurface:
     """A shape scaled to unit area, with its spectrum and what is derived of both.
 
-    Normals point outwards: where the surface encloses a negative volume, they are reversed, so that
-    the winding of the triangles does not matter.
+    Normals follow the winding of the triangles: outwards where the surface is closed or nearly so,
+    as repair has wound it (:mod:`solver.mesh.repair.winding`), and as in the file where it is open.
+    A volume would not tell the sides of a sheet apart: its sign changes as the sheet bends.
 
     Parameters
     ----------
@@ -178,15 +195,13 @@ class SmoothSurface:
     Attributes
     ----------
     mesh
-        Of unit area, centred.
+        Of unit area, its bounding box centred.
     spectrum
         Of the mesh.
     coefficients
         (K, 3) coefficients of the positions.
-    side
-        -1 if the triangles are wound so that their normals point inwards, else 1.
     normals
-        (V, 3) outward unit normals.
+        (V, 3) unit normals.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -195,8 +210,7 @@ class SmoothSurface:
         positions = self.mesh.vertices
         weighted = self.spectrum.mass[:, None] * positions
         self.coefficients: FloatArray = self.spectrum.eigenfunctions.T @ weighted
-        self.side = _outward(self.mesh)
-        self.normals: FloatArray = self.side * vertex_normals(positions, self.mesh.faces)
+        self.normals: FloatArray = vertex_normals(positions, self.mesh.faces)
 
     @cached_property
     def laplacian(self) -> tuple[sp.csc_array, FloatArray]:
@@ -222,7 +236,7 @@ class SmoothSurface:
     @cached_property
     def averages(self) -> AverageCurvatures:
         """Averages of the mean curvature."""
-        return AverageCurvatures.of(self.mesh, self.spectrum, self.side, self._spread)
+        return AverageCurvatures.of(self.mesh, self.spectrum, self._spread)
 
     def at(self, vertices: IntArray) -> Samples:
         """Return chosen vertices as samples."""
@@ -251,14 +265,6 @@ def smooth_surface(shape: Shape) -> SmoothSurface:
     if known is None:
         known = _SURFACES[shape] = SmoothSurface(shape)
     return known
-
-
-def _outward(mesh: TriangleMesh) -> float:
-    """Return -1.0 if the triangles are wound the other way round, else 1.0."""
-    centred = mesh.vertices - mesh.vertices.mean(axis=0)
-    middles = centred[mesh.faces].mean(axis=1)
-    volume = float((middles * face_normals(centred, mesh.faces)).sum())
-    return -1.0 if volume < 0.0 else 1.0
 
 
 def _tangent_frames(normals: FloatArray) -> FloatArray:

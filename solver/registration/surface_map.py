@@ -128,23 +128,24 @@ class SurfaceMap:
         """
         here, there = self._embedded, _rows(self.embedded_target, vertices)
         if self.weights is LOCAL:
-            start = _nearest_vertices(there, here, self.source)
+            nearest = self.nearest(vertices)
         else:
             # Begun with spectral coordinates, which tell apart what touches.
             spectral = _embedded_target(self.target, LOCAL, self.functional_map.size)
             start = _nearest_vertices(_rows(spectral, vertices), self._embed(LOCAL), self.source)
-        nearest = _nearest_vertices(there, here, self.source, start)
+            nearest = _nearest_vertices(there, here, self.source, start)
         return nearest, *_on_triangles(there, here, self.source, nearest)
 
-    def nearest(self, vertices: IntArray) -> IntArray:
+    def nearest(self, vertices: IntArray | None = None) -> IntArray:
         """Vertices of the displaced source nearest to target vertices, in the embedding.
 
         Parameters
         ----------
         vertices
-            (S,) target vertices.
+            (S,) target vertices, by default all.
         """
-        return _nearest_vertices(self.embedded_target[vertices], self._embedded, self.source)
+        there = _rows(self.embedded_target, vertices)
+        return _nearest_vertices(there, self._embedded, self.source)
 
     def refined(
         self, rigid: RigidDisplacement, control: Control, rounds: int = ROUNDS
@@ -210,9 +211,9 @@ class SurfaceMap:
 
     @cached_property
     def normals(self) -> FloatArray:
-        """(V, 3) outward unit normals of the displaced source."""
-        side = -self.source.side if self.reflected else self.source.side
-        return side * vertex_normals(self.positions, self.source.mesh.faces)
+        """(V, 3) unit normals of the displaced source, on the side that they are on at rest."""
+        normals = vertex_normals(self.positions, self.source.mesh.faces)
+        return -normals if self.reflected else normals
 
     @cached_property
     def _embedded(self) -> RealArray:

@@ -199,12 +199,13 @@ def _euclidean_farthest_first(positions: FloatArray, count: int, point: int) -> 
 
 
 def extremity(metric: Metric) -> int:
-    """Find one end of an approximate diameter, independent of the numbering of the vertices.
+    """Find one end of an approximate diameter, nearly independent of the vertices' numbering.
 
-    A farthest point sampling from vertex 0 on approximates the extremities. From each of its
-    points, repeated steps to the farthest vertex end in a pair of mutually farthest ones. The most
-    distant pair approximates the diameter; of its two vertices, the one of greater mean distance
-    is returned. On shapes that are symmetric, or nearly, the numbering can still decide.
+    A farthest point sampling from vertex 0 on approximates the extremities, which are mostly the
+    same whatever vertex it starts at. From each of its points, repeated steps to the farthest
+    vertex end in a pair of mutually farthest ones. The most distant pair approximates the diameter;
+    of its two vertices, the one of greater mean distance is returned. On shapes that are symmetric,
+    or nearly, the numbering can still decide.
 
     Parameters
     ----------

@@ -3,7 +3,6 @@
 from solver.similarity.dissimilarity import (
     SignatureCollection,
     dissimilarities,
-    dissimilarity_matrix,
     number_of_pairs,
     pairs_between,
 )
@@ -17,7 +16,6 @@ __all__ = [
     "SignatureCollection",
     "SimilarityOptions",
     "dissimilarities",
-    "dissimilarity_matrix",
     "number_of_pairs",
     "pairs_between",
     "rankings",

@@ -7,37 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.control import Control
 from solver.labelling import LINF
 from solver.similarity.qap import QapSolutions, least_distortions
 from solver.similarity.signature import Signature, SimilarityOptions
-
-_PAIRS_PER_REPORT = 200
-"""Pairs between two reports of progress: some 0.1 s."""
-
-
-@dataclass(frozen=True, eq=False)
-class DissimilarityMatrix:
-    """Dissimilarities among the shapes of a collection.
-
-    Parameters
-    ----------
-    values
-        (K, K) symmetric, zero on the diagonal.
-    lower_bounds
-        (K, K) lower bounds; equal to `values` where these are proven.
-    samplings
-        (K, K) index into `SAMPLINGS` of the sampling in which a pair is least distorted.
-    """
-
-    values: FloatArray
-    lower_bounds: FloatArray
-    samplings: IntArray
-
-    @property
-    def certified(self) -> bool:
-        """Whether every pair's optimum is proven."""
-        return bool((self.lower_bounds >= self.values).all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,40 +130,3 @@ def dissimilarities(
         options.first_order_weight if options.described else 0.0,
         options.objective == LINF,
     )
-
-
-def dissimilarity_matrix(
-    signatures: Sequence[Signature], options: SimilarityOptions, control: Control | None = None
-) -> DissimilarityMatrix:
-    """Compare all shapes of a collection.
-
-    Parameters
-    ----------
-    signatures
-        Of K shapes, made with these options.
-    options
-        Of the comparison.
-    control
-        Progress and cancellation.
-
-    Returns
-    -------
-    DissimilarityMatrix
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    """
-    control = control or Control()
-    count = len(signatures)
-    values, samplings = np.zeros((count, count)), np.zeros((count, count), dtype=np.int64)
-    collection, total = SignatureCollection.of(signatures, options.points), number_of_pairs(count)
-    for first in range(0, total, _PAIRS_PER_REPORT):
-        control.report("pairs", first / total)
-        some = pairs_between(count, first, min(first + _PAIRS_PER_REPORT, total))
-        found = dissimilarities(collection, some, options)
-        i, j = some.T
-        values[i, j] = values[j, i] = found.costs
-        samplings[i, j] = samplings[j, i] = found.samplings
-    return DissimilarityMatrix(values, values.copy(), samplings)

@@ -110,7 +110,7 @@ def register_template(
         positions * size + _centre(target),
         surface.tree.distances(positions),
         flipped,
-        inverted != (_volume(template) * _volume(target) < 0.0),
+        inverted,
     )
 
 
@@ -237,9 +237,3 @@ def _least_qualities(template: TriangleMesh) -> FloatArray:
 def _centre(mesh: TriangleMesh) -> FloatArray:
     centre: FloatArray = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
     return centre
-
-
-def _volume(mesh: TriangleMesh) -> float:
-    """Volume that a surface encloses, with the sign of its winding, times 6."""
-    centred = mesh.vertices - mesh.vertices.mean(axis=0)
-    return float((centred[mesh.faces[:, 0]] * face_normals(centred, mesh.faces)).sum())

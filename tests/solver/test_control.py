@@ -1,6 +1,7 @@
 """The driver of iterative methods: end, status, and continuation."""
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
@@ -90,6 +91,22 @@ def test_items_in_time() -> None:
     assert list(late.in_time(range(5))) == []
     assert list(late.in_time(range(5), least=2)) == [0, 1]
     assert list(Control().in_time(range(5))) == [0, 1, 2, 3, 4]
+
+
+def test_no_item_is_computed_after_the_deadline() -> None:
+    computed = []
+
+    def squares() -> Iterator[int]:
+        for number in range(5):
+            computed.append(number)
+            yield number**2
+
+    late = Control().within(-1.0)
+    assert list(late.in_time(squares(), least=2)) == [0, 1]
+    assert computed == [0, 1]
+    with pytest.raises(Cancelled):
+        list(Control(is_cancelled=lambda: True).in_time(squares()))
+    assert computed == [0, 1]
 
 
 def test_stages_add_up_and_are_told() -> None:

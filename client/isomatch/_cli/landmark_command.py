@@ -101,7 +101,7 @@ def _more(given: list[str] | None) -> list[str]:
     return given or []
 
 
-@takes(MATCH, without=FIXED)
+@takes(MATCH, without=(*FIXED, "orientation"))
 def landmarks(
     template: Mesh,
     landmarks: Annotated[
@@ -148,7 +148,7 @@ def landmarks(
     as_json: AsJson = False,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Carry landmarks from a template to specimens, each with a confidence.
+    """Transfer landmarks from a template to specimens, each with a confidence.
 
     Every specimen gets a file of its own in the folder; landmarks.csv has the confidence of each
     landmark. A specimen that fails is named, and the others go on.

@@ -9,19 +9,17 @@ NEGLIGIBLE: Final = 1e-4
 
 
 def less_energy(match: Match) -> str | None:
-    """Return why correspondences of less energy were not chosen; None if there are none."""
+    """Return which correspondences have less energy, and what chose the answer; None if none."""
     limit = match.energy - NEGLIGIBLE * abs(match.energy)
     known = []
     if any(other.energy < limit for other in match.alternatives):
-        known.append("an alternative")
+        known.append("one alternative")
     if match.proof is not None and match.proof.energy < limit:
-        known.append("a correspondence of all samples")
+        known.append("one correspondence of all samples")
     if match.confidence is None or not known:
         return None
-    reason = "tells it from others, such as the mirror image"
-    if match.confidence.in_doubt:
-        reason = "is in doubt here"
+    have = "has" if len(known) == 1 else "have"
+    doubt = ", which is in doubt" if match.confidence.in_doubt else ""
     return (
-        f"of {' and '.join(known)}, but the answer was chosen by registration in space,"
-        f" which {reason}"
+        f"{' and '.join(known)} {have} less energy; registration in space chose this answer{doubt}"
     )

@@ -44,8 +44,8 @@ MATCH: Final = (
         "partial",
         "string",
         (
-            'Shape that is a part of the other: "source", "target", "both", "none", or'
-            ' "detected": detected (default), source, target, both, none.'
+            "Shape that is a part of the other, if one is: detected (default), source,"
+            " target, both, none."
         ),
         "Shapes",
     ),

@@ -21,7 +21,7 @@ _TYPES: Final[dict[str, Any]] = {
 _FORMS: Final = {
     "structure": " As in {example}; `isomatch structures` lists them.",
     "structures": " As in {example}, may be repeated; `isomatch structures` lists them.",
-    "landmarks": " As in 17:203; may be repeated.",
+    "landmarks": " SOURCE:TARGET, as in 17:203; repeat the option for each pair.",
 }
 
 

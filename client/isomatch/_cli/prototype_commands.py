@@ -29,9 +29,7 @@ from isomatch._http import DEFAULT_URL
 from isomatch._models import PrototypeParameters
 
 PrototypeId = Annotated[str, typer.Argument(help="Id of the prototype.")]
-Name = Annotated[
-    str | None, typer.Option(help="What to call it; one that is taken gets a next version.")
-]
+Name = Annotated[str | None, typer.Option(help="Name. An existing name gets its next version.")]
 
 prototypes = typer.Typer(
     name="prototype",
@@ -51,7 +49,7 @@ def learn(
         bool,
         typer.Option(
             "--shared-connectivity",
-            help="The same vertex of every mesh corresponds; by default the first is matched.",
+            help="Vertex i of every mesh corresponds; by default the meshes are matched.",
         ),
     ] = False,
     output: Annotated[Path | None, output_option()] = None,
@@ -59,7 +57,7 @@ def learn(
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Learn a prototype from meshes of one class; the first says which points are taken."""
+    """Learn a prototype from meshes of one class; points are sampled on the first mesh."""
     check_outputs(meshes, wait, output)
     if shared_connectivity:
         parameters["correspondence"] = "shared_connectivity"

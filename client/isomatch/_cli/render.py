@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import repeat
 from pathlib import Path
+from typing import Final
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -28,6 +29,9 @@ from isomatch._results import Batch, BatchMatch, Dissimilarities, Match, Transfe
 
 FILE_WIDTH = 120
 """Width of output that is not printed on a terminal, in columns."""
+
+_OF_ALL: Final = " (stages: sums over all workers)"
+"""What the stages of a comparison are, which may take more time than its total."""
 
 
 def standard_output() -> Console:
@@ -230,7 +234,7 @@ def _collection_summary(result: Dissimilarities) -> Table:
         "certified": "all of them"
         if result.certified
         else f"all but {len(result.uncertified)} of them",
-        "seconds": _seconds(result.timings),
+        "seconds": f"{_seconds(result.timings)}{_OF_ALL if len(result.timings) > 1 else ''}",
     }
     if result.mean_average_precision is not None and result.precision_at_1 is not None:
         rows["mean average precision"] = f"{result.mean_average_precision:.4f}"
@@ -284,7 +288,7 @@ def _print_kind(kind: str, structures: Iterable[Structure], console: Console) ->
 def _parameter(parameter: StructureParameter) -> str:
     value = parameter.default
     default = f"{value[0]:.2g},...,{value[-1]:.2g}" if isinstance(value, tuple) else f"{value:g}"
-    unit = f" ({parameter.unit})" if parameter.unit else ""
+    unit = f" ({parameter.unit})" if parameter.unit in ("length", "area") else ""
     return f"{parameter.name}={default}{unit}"
 
 

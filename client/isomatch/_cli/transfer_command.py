@@ -41,7 +41,7 @@ Along = Annotated[
 What = Annotated[str, typer.Option("--what", help=f"Kind of the values: {', '.join(KINDS)}.")]
 Back = Annotated[
     bool,
-    typer.Option("--back", help="Carry values of the target to the source, not of the source."),
+    typer.Option("--back", help="Transfer from target to source."),
 ]
 On = Annotated[
     Element | None,
@@ -112,7 +112,7 @@ def transfer(
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Carry values of the vertices or faces of one shape of a match to the other, along its map."""
+    """Transfer values of vertices or faces from one shape of a match to the other."""
     if what not in KINDS:
         raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
     kind = cast(TransferKind, what)
@@ -169,7 +169,9 @@ def _values_given(file: str, kind: TransferKind) -> str:
     if not Path(file).is_file():
         raise typer.BadParameter(f"there is no file {file!r}")
     if kind not in READ:
-        raise typer.BadParameter(f"{kind} is carried without a file of values; leave out {file!r}")
+        raise typer.BadParameter(
+            f"{kind} is transferred without a file of values; leave out {file!r}"
+        )
     if Path(file).suffix.lower().removeprefix(".") not in READ[kind]:
         formats = ", ".join(f".{one}" for one in READ[kind])
         raise typer.BadParameter(f"{file!r}: files with {kind} are {formats}")

@@ -167,7 +167,7 @@ class Tools:
     async def transfer(
         self,
         match: Annotated[str, Field(description="`job` of a match with `dense`.")],
-        what: Annotated[TransferKind, Field(description="Kind of what is carried.")],
+        what: Annotated[TransferKind, Field(description="Kind of the values.")],
         context: Context[Any, Any],
         values: Annotated[
             str | None,
@@ -197,7 +197,7 @@ class Tools:
             ),
         ] = None,
     ) -> TransferAnswer:
-        """Carry values or landmarks from one shape of a match to the other.
+        """Transfer values or landmarks from one shape of a match to the other.
 
         Values are written to a file; the images of landmarks are in the answer.
         """

@@ -56,7 +56,7 @@ export const MATCH = {
         "none"
     ],
     "topic": "Shapes",
-    "about": "Shape that is a part of the other: \"source\", \"target\", \"both\", \"none\", or \"detected\"."
+    "about": "Shape that is a part of the other, if one is."
 },
   normalise: {
     "type": "boolean",

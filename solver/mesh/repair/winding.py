@@ -10,9 +10,10 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.edges import components_of, same_direction
 from solver.mesh.repair.soup import TriangleSoup, counted
 
-_NEARLY_CLOSED = 0.05
+_NEARLY_CLOSED = 0.3
 """Area of the fans that would close a patch's holes, relative to its own, up to which it counts as
-closed."""
+closed: the larger halves of a body cut in two, but no sheet, whose fans are about as large as it is
+unless it is rolled up."""
 
 _SOLID = 1e-3
 """Enclosed volume relative to that of the sphere of equal area, from which its sign is trusted."""

@@ -7,18 +7,10 @@ variables are 0, 1/2 or 1.
 """
 
 import numpy as np
-import numpy.typing as npt
-from scipy import sparse
-from scipy.sparse.csgraph import maximum_flow
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.kernel import kernel
 from solver.optimisation.dual_decomposition.exchange import Used
-
-_UNITS = 2**30
-"""Integer units that bound a flow: SciPy's are 32 bits wide, a residual capacity is twice that."""
-_MOST_ROUNDS, _NEGLIGIBLE = 3, 1e-12
-"""Rounds of integer flow, and the share of the first one's capacity below which no more is sent."""
+from solver.optimisation.minimum_cut import minimum_cut
 
 
 class MaxflowSubproblem:
@@ -112,67 +104,3 @@ class MaxflowSubproblem:
         """Pairwise costs that the minimiser uses."""
         chosen = np.flatnonzero(self.products)
         return Used(chosen, self.products[chosen])
-
-
-def minimum_cut(
-    tails: IntArray, heads: IntArray, capacities: FloatArray, source: int, sink: int
-) -> tuple[float, BoolArray]:
-    """Maximum flow and minimum cut of a graph with real capacities.
-
-    SciPy's flows are 32-bit integers. Capacities are therefore rounded down to integer units; what
-    rounding leaves is sent in further rounds, each time in units that are smaller by the factor
-    |E| / 2³⁰. Every round sends a flow within the residual capacities, so that the value never
-    exceeds the maximum but by errors of double precision.
-
-    Parameters
-    ----------
-    tails, heads, capacities
-        (E,) arcs; capacities are not negative.
-    source, sink
-        The last two nodes.
-
-    Returns
-    -------
-    flow, side
-        Value of the flow; (n,) whether each node is on the source's side of the cut.
-    """
-    n = sink + 1
-    # With every arc in both directions a flow has the same sparsity as its graph.
-    both = np.concatenate([capacities, np.zeros(len(capacities))])
-    arcs = np.concatenate([tails, heads]), np.concatenate([heads, tails])
-    residual = sparse.csr_array((both, arcs), shape=(n, n))
-    rows = np.repeat(np.arange(n), np.diff(residual.indptr))
-    side = np.arange(n) == source
-    value, first = 0.0, 0.0
-    for _ in range(_MOST_ROUNDS):
-        largest = float(residual.data[side[rows] & ~side[residual.indices]].sum())
-        first, unit = max(first, largest), largest / _UNITS
-        if not unit > 0.0 or largest <= _NEGLIGIBLE * first:
-            break
-        rounded = np.floor(np.minimum(residual.data, largest) / unit).astype(np.int32)
-        graph = sparse.csr_array((rounded, residual.indices, residual.indptr), shape=(n, n))
-        found = maximum_flow(graph, source, sink)
-        value += found.flow_value * unit
-        residual.data = np.maximum(residual.data - unit * found.flow.data, 0.0)
-        left = rounded > found.flow.data
-        side = _reachable(residual.indptr, residual.indices, left, source)
-    return value, side
-
-
-@kernel
-def _reachable(
-    first: npt.NDArray[np.int32], heads: npt.NDArray[np.int32], left: BoolArray, source: int
-) -> BoolArray:
-    """Nodes that are reached from the source by arcs with capacity left."""
-    found = np.zeros(len(first) - 1, dtype=np.bool_)
-    stack, count = np.full(len(found), source), 1
-    found[source] = True
-    while count:
-        count -= 1
-        node = stack[count]
-        for arc in range(first[node], first[node + 1]):
-            if left[arc] and not found[heads[arc]]:
-                found[heads[arc]] = True
-                stack[count] = heads[arc]
-                count += 1
-    return found

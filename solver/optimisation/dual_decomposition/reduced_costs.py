@@ -7,7 +7,7 @@ from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.primal import assignment_costs
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 """Allowance for rounding errors of a bound, relative to it; sums of 10⁶ terms err by 1e-10."""
 
 
@@ -49,7 +49,7 @@ def reduced_costs(
     pairwise = np.where(exclusive, np.inf, pairwise)
     np.fill_diagonal(pairwise, 0.0)
     constant += float(rows.sum() + columns.sum())
-    constant -= _ROUNDING * abs(constant)
+    constant -= ROUNDING * abs(constant)
     return ReparametrisedCosts(constant, unary, pairwise, occlusion, scale=problem.scale)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.control import Status
 from solver.labelling import CERTIFIED_GAP, LabellingProblem, Method, Solution, relative_gap
+from solver.optimisation.dual_decomposition.reduced_costs import ROUNDING
 from solver.optimisation.dual_decomposition.relaxation import Relaxation, Subproblems
 from solver.optimisation.primal import Incumbent, improved, local_search, solve_lap
 from solver.optimisation.reparametrisation import ReparametrisedCosts
@@ -21,8 +22,6 @@ _TRIPLES_FACTOR = 0.1
 """Triples are added once steps are so short: before, the pairs still have much to gain."""
 _PROPOSAL_PERIOD, _RISING_PROPOSAL_PERIOD = 20, 5
 """Iterations between two proposals for the correspondence; the second while the bound rises."""
-_ROUNDING = 1e-9
-"""Allowance for rounding errors of the bound, relative to the energy."""
 
 
 @dataclass
@@ -168,7 +167,7 @@ class DualDecomposition:
         relaxation, rule, count = state.relaxation, state.step, len(state.history)
         energy = state.incumbent.energy
         bound = relaxation.minimise()
-        rounding = _ROUNDING * abs(energy)
+        rounding = ROUNDING * abs(energy)
         rises = bound > rule.best + 2.0 * rounding
         state.lower_bound = max(state.lower_bound, min(bound - rounding, energy))
         period = _RISING_PROPOSAL_PERIOD if rises else _PROPOSAL_PERIOD

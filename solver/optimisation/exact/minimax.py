@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.control import Control, Status, iterate
+from solver.control import UNLIMITED, Control, Status, iterate
 from solver.labelling import LabellingProblem, Method, Solution
 from solver.optimisation.exact.compatible_pairs import (
     DEPTH,
@@ -36,7 +36,6 @@ _WORK_PER_ROUND = 5_000_000
 """Work between two looks at the deadline: some 20 ms."""
 _FIRST_WORK, _MORE_WORK = 6e7, 4.0
 """Work after which a search is given up at first, and its growth from one trial to the next."""
-_STEPS = 10**9
 
 
 def minimax_correspondence(
@@ -166,7 +165,7 @@ def _bisect(
     if max(len(source), len(target)) > MAX_POINTS:
         raise ValueError(f"a set has more than {MAX_POINTS} points")
     method = _Bisection(source, target, one_to_one, seconds * _WORK_PER_SECOND)
-    ended = iterate(method, _STEPS, control)
+    ended = iterate(method, UNLIMITED, control)
     state, status = ended.state, ended.status
     if state.low < state.high and status is Status.CONVERGED:
         status = Status.ITERATIONS

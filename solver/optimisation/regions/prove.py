@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from solver.arrays import IntArray
-from solver.control import Control, Status, iterate
+from solver.control import UNLIMITED, Control, Status, iterate
 from solver.labelling import LabellingProblem, Method, Solution
 from solver.optimisation.primal import solve_lap
 from solver.optimisation.regions.search import RegionSearch
@@ -12,7 +12,6 @@ _WORK_PER_SECOND = 3e9
 """Pairs of labels that one core looks at in a second, nearly."""
 _MOST_BYTES = 64 * 2**20
 """Bytes of the messages of all candidates above which nothing is proven: 8 |V| N."""
-_STEPS = 10**9
 
 
 def can_prove(problem: LabellingProblem) -> bool:
@@ -78,7 +77,7 @@ def prove(
         energy = problem.energy(assignment)
         return Solution(assignment, energy, energy, 0, Method.BRANCH_AND_BOUND)
     search = RegionSearch(problem, starts or [assignment], seconds * _WORK_PER_SECOND, control)
-    ended = iterate(search, _STEPS, control)
+    ended = iterate(search, UNLIMITED, control)
     state, status = ended.state, ended.status
     if state.open and status is Status.CONVERGED:
         status = Status.ITERATIONS

@@ -19,7 +19,7 @@ from solver.prototype.learning.observations import Example, observe
 from solver.prototype.learning.propagation import propagate_points
 from solver.prototype.matching import match_prototype
 from solver.prototype.options import PrototypeOptions
-from solver.prototype.prototype import all_pairs
+from solver.prototype.prototype import MIN_USUAL_ENERGY, all_pairs
 from solver.shape import Shape
 
 # The constants are chosen on generated people and animals.
@@ -100,7 +100,7 @@ def matched_examples(
     chosen = _choose_consistent(shapes, found, order, options)
     rematched, misfits = _match_preliminary(shapes, chosen, reference, options, control)
     chosen = {**rematched, **propagated.vertices}
-    for number in _misfitting(misfits, reference):
+    for number in _misfitting(misfits / options.points, reference):
         left_out[number] = _MISFIT
     kept = [n for n in range(len(shapes)) if n not in left_out]
     kept.sort(key=lambda number: number != reference)
@@ -184,8 +184,13 @@ def _match_preliminary(
 
 
 def _misfitting(misfits: FloatArray, reference: int) -> list[int]:
-    """Places of the shapes whose misfit exceeds the median of all but the reference by far."""
+    """Places of the shapes whose energy per point exceeds the median of the others by far.
+
+    The median, of all but the reference, counts as :data:`MIN_USUAL_ENERGY` at least: that of
+    nearly equal shapes is a rounding error.
+    """
     if len(misfits) <= 2:
         return []
-    limit = _MAX_MISFIT * float(np.median(np.delete(misfits, reference)))
+    usual = float(np.median(np.delete(misfits, reference)))
+    limit = _MAX_MISFIT * max(usual, MIN_USUAL_ENERGY)
     return [n for n, misfit in enumerate(misfits) if n != reference and misfit > limit]

@@ -13,7 +13,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.prototype.matching import CERTAIN, MappedPoints, map_points
+from solver.prototype.matching import MappedPoints, map_points
 from solver.prototype.surfaces import EIGENVALUES, ExampleSurface, first_eigenvalues, surface_of
 from solver.shape import Shape
 
@@ -76,10 +76,10 @@ def propagate_points(
         place = front.next_to_try()
         if place is not None:
             found = front.try_map(place)
-            if found is None or found.probability < CERTAIN:
+            if found is None or not found.confidence.is_sure:
                 continue
         elif front.uncertain:
-            place = max(front.uncertain, key=lambda n: front.uncertain[n].probability)
+            place = max(front.uncertain, key=lambda n: front.uncertain[n].confidence.probability)
             found = front.uncertain[place]
         else:
             break
@@ -154,7 +154,9 @@ class _Front:
         surfaces = [surface for surface, _ in self.surfaces]
         found = map_points(surfaces, self.shapes[place], (), self.control)
         known = self.uncertain.get(place)
-        if found is None or (known is not None and found.probability < known.probability):
+        if found is None:
+            return known
+        if known is not None and found.confidence.probability < known.confidence.probability:
             return known
         start = next(n for surface, n in self.surfaces if surface is found.surface)
         ends = (self.shapes[start], self.reached[start]), (self.shapes[place], found.vertices)

@@ -7,11 +7,9 @@ from solver.prototype.matching.level import (
 )
 from solver.prototype.matching.match import match_prototype
 from solver.prototype.matching.sampling import sample_in_turn, sample_target
-from solver.prototype.matching.surface_maps import CERTAIN, LIKELY, MappedPoints, map_points
+from solver.prototype.matching.surface_maps import MappedPoints, map_points
 
 __all__ = [
-    "CERTAIN",
-    "LIKELY",
     "MappedPoints",
     "PrototypeLevel",
     "map_points",

@@ -20,7 +20,7 @@ from solver.prototype.surfaces import (
     compute_spectrum,
     nearest_surfaces,
 )
-from solver.registration import Points, Registration, register
+from solver.registration import Confidence, Points, Registration, register
 from solver.shape import Shape
 
 _MAX_SURFACES = 3
@@ -33,10 +33,6 @@ _SOLUTIONS = 32
 """Best solutions that registrations begin at, in each metric: the more, the likelier is a right one
 among them. With 8 in one metric, a third of generated animals less is right."""
 
-LIKELY, CERTAIN = 0.5, 0.9
-"""Probabilities of a registration that is accepted, as it is right rather than wrong, and of one
-whose points may be learned from, of which no reason for doubt is given."""
-
 
 @dataclass(frozen=True, eq=False)
 class MappedPoints:
@@ -46,14 +42,14 @@ class MappedPoints:
     ----------
     vertices
         (N,) vertices of the target.
-    probability
-        That the registration is right, at least `LIKELY`.
+    confidence
+        In the registration, which is likely to be right.
     surface
         The surface that is registered.
     """
 
     vertices: IntArray
-    probability: float
+    confidence: Confidence
     surface: ExampleSurface
 
 
@@ -110,10 +106,9 @@ def map_points(
     if not found:
         return None
     best, surface = min(found, key=lambda one: one[0].score)
-    probability = best.confidence.probability
-    if probability < LIKELY:
+    if not best.confidence.is_likely:
         return None
-    return MappedPoints(best.images(surface.points, control), probability, surface)
+    return MappedPoints(best.images(surface.points, control), best.confidence, surface)
 
 
 def _own_matches(source: Shape, target: Shape, control: Control) -> Iterator[Points]:

@@ -36,7 +36,8 @@ spectral coordinates, and no less with twice their weight. Of 14 hard ones of ``
 bench.partial --halves``, five were wrong without curvatures, two with a weight of 0.1, four with
 0.3; of all 48, five with 0.15, four with 0.2."""
 
-IN_SPACE = Weights(spectrum=0.0, space=2.0, normals=0.3)
+IN_SPACE = replace(WEIGHTS, spectrum=0.0, curvature=0.0)
+"""Of the embedding in which a fit is measured: of what is registered, a distance in space."""
 
 _SPECTRAL_RIDGE = 0.01
 """Ridge of the functional map."""

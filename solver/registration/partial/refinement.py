@@ -88,7 +88,7 @@ class RefinedPart:
         rest = rest.resting_at(candidate.scale * task.whole.mesh.vertices)
         known = SurfaceMap.of(*task.surfaces, candidate.alignment, reflected=False)
         images = known.images()
-        covered = covered_by_part(known, images, known.inverse()[0], candidate.scale)
+        covered = covered_by_part(known, images, known.nearest(), candidate.scale)
         if not task.partiality.entire:
             covered = largest_patch(task.whole, covered)
         displaced, images = known.refined(rest.drawing(covered), control, rounds)

@@ -98,13 +98,13 @@ def test_less_energy_of_another_correspondence_is_explained() -> None:
     for factor, explained in ((0.5, True), (1.0, False)):
         changed = [other | {"energy": factor * energy, "relation": "mirror_image"}]
         for confidence, reason in (
-            (EXAMPLE["confidence"], "tells it from others, such as the mirror image"),
-            (DOUBT, "is in doubt here"),
+            (EXAMPLE["confidence"], ""),
+            (DOUBT, ", which is in doubt"),
             (None, ""),
         ):
             text = printed(match(alternatives=changed, proof=None, confidence=confidence))
             text = " ".join(text.split())
-            said = "of an alternative, but the answer was chosen by registration in space, which "
+            said = "one alternative has less energy; registration in space chose this answer"
             assert (said + reason in text) is (explained and confidence is not None)
 
 

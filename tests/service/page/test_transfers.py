@@ -38,7 +38,7 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     page.get_by_label("File of values").set_input_files(str(file))
     page.get_by_role("button", name="Transfer", exact=True).click()
     expect(page.locator("#error-attributes")).to_contain_text("10 rows")
-    expect(page.get_by_role("alert")).to_contain_text("cannot be carried")
+    expect(page.get_by_role("alert")).to_contain_text("cannot be transferred")
     long = "p" * 100
     file.write_text(f"{long}\n" + "\n".join(map(str, labels)))
     page.get_by_label("File of values").set_input_files(str(file))

@@ -1,12 +1,15 @@
 """Maps of a collection improved by one another: four poses of a figure, whose truth is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
 from solver.arrays import IntArray
-from solver.consistency import Consistency, improve
+from solver.consistency import Consistency, images_of, improve
 from solver.mesh import triangle_mesh
+from solver.registration import DenseCorrespondence
 from solver.shape import Shape
 from synthetic import CLASSES, articulated, correspondence
 from tests.solver.shapes import icosphere
@@ -115,3 +118,19 @@ def test_what_does_not_fit_is_named(
     assert found.improved == {}
     assert 0 in found.doubtful_shapes()
     assert found.doubtful_pairs()[:3] == ((0, 1), (0, 2), (0, 3))
+
+
+def test_a_map_that_leaves_vertices_out_is_refused() -> None:
+    """As maps of parts do: a composition would lead nowhere."""
+    shape = Shape(icosphere(1))
+    count = shape.n_vertices
+    faces, corners = np.zeros((count, 3), dtype=np.int64), np.full((count, 3), 1.0 / 3.0)
+    order = np.roll(np.arange(count), 7)
+    back = DenseCorrespondence(np.arange(count), np.argsort(order), faces, corners)
+    whole = DenseCorrespondence(np.arange(count), order, faces, corners, inverse=back)
+    for known, expected in zip(images_of(whole, shape, shape), (order, back.target), strict=True):
+        np.testing.assert_array_equal(known, expected)
+    part = replace(whole, source=np.arange(3, count), target=order[3:])
+    for one in (part, replace(whole, inverse=part)):
+        with pytest.raises(ValueError, match=f"leaves out 3 of {count} vertices"):
+            images_of(one, shape, shape)

@@ -134,3 +134,30 @@ def test_surfaces_with_small_holes_are_whole(rest: FloatArray) -> None:
     assert len(found.dense.source) == ours.n_vertices
     assert found.confidence is not None
     assert found.confidence.probability > 0.9
+
+
+def bent_sheet(columns: int, rows: int, bend: float) -> Shape:
+    """A sheet with hills and hollows, bent upwards or downwards at its ends."""
+    flat = shapes.plane_grid(columns, rows)
+    x, y, _ = flat.vertices.T
+    height = 0.12 * np.sin(3.0 * x + 1.0) * np.cos(4.0 * y) + bend * (x - 0.75) ** 2
+    height += 0.1 * np.exp(-((x - 1.1) ** 2 + (y - 0.7) ** 2) / 0.02)
+    height -= 0.1 * np.exp(-((x - 0.4) ** 2 + (y - 0.3) ** 2) / 0.03)
+    return Shape(triangle_mesh(np.stack([x, y, height], axis=1), flat.faces))
+
+
+@pytest.mark.parametrize("partial", ["none", "detected"])
+def test_sheets_that_are_bent_to_opposite_sides_are_whole(partial: str) -> None:
+    """The volume that a sheet encloses with its middle changes its sign, its winding does not."""
+    ours, theirs = bent_sheet(54, 36, 0.3), bent_sheet(60, 40, -0.3)
+    found = match(ours, theirs, replace(OPTIONS, partial=partial))
+    assert found.overlap is None
+    assert found.confidence is not None
+    assert found.confidence.is_sure
+    assert found.dense is not None
+    corners = theirs.mesh.vertices[theirs.mesh.vertices_of(found.dense.faces.ravel())]
+    images = np.einsum("vc,vcd->vd", found.dense.barycentric, corners.reshape(-1, 3, 3))
+    away = np.linalg.norm(images - ours.mesh.vertices[found.dense.source], axis=1)
+    assert np.median(away) < 0.15 * ours.size
+    beside = np.linalg.norm((images - ours.mesh.vertices[found.dense.source])[:, :2], axis=1)
+    assert beside.mean() < 0.05 * ours.size

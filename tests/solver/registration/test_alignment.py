@@ -75,6 +75,7 @@ def test_partners_are_means_over_the_pairs_of_both_directions() -> None:
     np.testing.assert_allclose(pairs.weights[:, 0], [a + 2.0 * b, a + b])
     expected = [(a * 4.0 + b * (1.0 + 2.0)) / (a + 2.0 * b), (a * 1.0 + b * 4.0) / (a + b)]
     np.testing.assert_allclose(pairs.partners(values, 1)[:, 0], expected)
+    assert pairs.weights is pairs.weights
 
 
 def test_true_pairs_of_a_moved_copy_fit_exactly(surface: SmoothSurface) -> None:

@@ -44,6 +44,16 @@ def test_rotations_strain_nothing(surface: SmoothSurface) -> None:
     assert fit.apart > 0.01
 
 
+def test_the_first_form_is_that_of_the_derivatives(surface: SmoothSurface) -> None:
+    samples, k = surface.samples, 30
+    u, v = samples.derivatives(samples.coefficients[:k])
+    form = samples.smoothed_first_form(k)
+    for known, expected in zip(form, ((u, u), (u, v), (v, v)), strict=True):
+        np.testing.assert_allclose(known, np.einsum("sd,sd->s", *expected), rtol=1e-12)
+    assert samples.smoothed_first_form(k) is form
+    assert samples.reflected().smoothed_first_form(k) is not form
+
+
 @pytest.mark.parametrize("factor", [0.5, 1.1, 2.0])
 def test_scaling_changes_areas_by_the_square_and_no_angles(
     surface: SmoothSurface, factor: float

@@ -83,6 +83,7 @@ def test_its_confidence_is_of_its_refined_fit(found: tuple[OpenedCandidate, Conf
     few = ReducedTask.of(ours, theirs, Task.of(ours, theirs), reduction.FEW_VERTICES)
     refined = refine_on_few(few, found[0].candidate, Control())
     assert found[1].measures["refined_score"] == pytest.approx(refined.fit.score)
+    assert found[0].on_few(Control()) is found[0].on_few(Control())
 
 
 def test_a_body_of_many_vertices_is_opened_on_fewer(

@@ -9,8 +9,10 @@ from solver.registration.opening import (
     Crease,
     Opening,
     VertexMaps,
+    _torn_open,
     creases,
     tears,
+    torn_length,
     torn_off,
 )
 from solver.registration.surface import smooth_surface
@@ -138,6 +140,20 @@ def test_a_map_that_sends_one_half_elsewhere_tears_the_triangles_between() -> No
     torn = tears(mesh, mesh.vertices + right[:, None] * [0.0, 0.0, 0.5])
     across = right[mesh.faces].any(axis=1) & ~right[mesh.faces].all(axis=1)
     np.testing.assert_array_equal(torn, across)
+
+
+@pytest.mark.parametrize("finer", [1, 4, 16])
+def test_what_is_torn_is_opened_whatever_the_density(finer: int) -> None:
+    """A line of triangles that is as long in all of them, though they are a lesser share."""
+    columns, rows = 30 * finer, 20 * finer
+    shape = Shape(shapes.plane_grid(columns + 1, rows + 1))
+    cell = np.arange(shape.mesh.n_faces) % (columns * rows)
+    across = cell % columns == columns // 3
+    assert torn_length(shape.mesh, across) == pytest.approx(2.0 / np.sqrt(3.0), rel=1e-9)
+    assert _torn_open(shape, across).shape is not shape
+    beside = across & (cell // columns < rows // 4)
+    assert torn_length(shape.mesh, beside) == pytest.approx(0.5 / np.sqrt(3.0), rel=1e-9)
+    assert _torn_open(shape, beside).shape is shape
 
 
 def test_tears_cut_off_the_smaller_piece_of_each_component() -> None:

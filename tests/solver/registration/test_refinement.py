@@ -86,9 +86,22 @@ def test_feet_that_are_exchanged_are_torn_off_and_return(standing: Registration)
     displaced, images = right.moved(right.positions + moved).refined(rigid, Control())
     for one, other in (feet, feet[::-1]):
         assert np.isin(images[one], np.flatnonzero(other)).mean() > 0.5
-    held = RefinedCandidate(displaced, images, rigid.strain(displaced.positions))
-    np.testing.assert_array_equal(mend(held, Control()).images, np.arange(len(images)))
+    held = RefinedCandidate(displaced, images, rigid)
+    mended = mend(held, Control())
+    np.testing.assert_array_equal(mended.images, np.arange(len(images)))
+    assert mended.rest is rigid
     assert mend(held, Control(deadline=time.monotonic())) is held
+
+
+def test_the_inverse_lies_round_the_nearest_vertices(standing: Registration) -> None:
+    surface = smooth_surface(standing.source)
+    known = SurfaceMap.of(surface, surface, standing.candidate.alignment, reflected=False)
+    vertices, faces, barycentric = known.inverse()
+    np.testing.assert_array_equal(known.nearest(), vertices)
+    assert (surface.mesh.faces[faces] == vertices[:, None]).any(axis=1).all()
+    assert (barycentric >= 0.0).all()
+    some = np.arange(0, surface.mesh.n_vertices, 7)
+    np.testing.assert_array_equal(known.nearest(some), vertices[some])
 
 
 def test_sparse_images_are_refined_where_eigenfunctions_exchange_feet(

@@ -14,7 +14,7 @@ from solver.registration.choice import SAME, Task
 from solver.registration.comparison import compare
 from solver.registration.confidence import RIVAL
 from solver.registration.reduction import FEW_VERTICES, ReducedTask
-from solver.registration.search import search
+from solver.registration.search import first_found, search
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver.shapes import icosphere
@@ -49,6 +49,26 @@ def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
         found.candidates[0].images,
         smooth_surface(blob).samples.first(len(found.candidates[0].images)).vertices,
     )
+
+
+def stone(seed: int, height: float = 0.1) -> Shape:
+    """A ball with low waves in all directions."""
+    random, sphere = np.random.default_rng(seed), icosphere(4)
+    phases = sphere.vertices @ (2.2 * random.standard_normal((3, 14)))
+    waves = np.cos(phases + random.uniform(0.0, 2.0 * np.pi, 14))
+    heights = height * (waves @ random.standard_normal(14)) / np.sqrt(7.0)
+    return Shape(triangle_mesh(sphere.vertices * (1.0 + heights[:, None]), sphere.faces))
+
+
+def test_round_surfaces_whose_curvatures_disagree_are_doubted() -> None:
+    """Whatever the map, their normals and distances change little."""
+    task = Task.of(stone(0), stone(1))
+    assert first_found(task, (), Control()).confidence.probability > 0.99
+    found = search(task, lambda left: ReducedTask.entire(task), (), Control(), others=False)
+    assert found.confidence.probability < 0.5
+    alike = Task.of(stone(0), stone(0, 0.11))
+    found = search(alike, cannot_be_reduced, (), Control())
+    assert found.confidence.probability > 0.99
 
 
 def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]) -> None:

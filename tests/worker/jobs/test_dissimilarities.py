@@ -8,6 +8,7 @@ from itertools import combinations, permutations
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import squareform
 
 from broker.contracts import (
     DissimilaritiesPayload,
@@ -23,7 +24,13 @@ from broker.store import DEFAULT_KEYS
 from solver.arrays import FloatArray
 from solver.mesh import read_mesh
 from solver.shape import Shape
-from solver.similarity import SimilarityOptions, dissimilarity_matrix, signature
+from solver.similarity import (
+    SignatureCollection,
+    SimilarityOptions,
+    dissimilarities,
+    pairs_between,
+    signature,
+)
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined
 from tests.worker.figures import blob_file, off, two_blobs_file
@@ -80,7 +87,8 @@ def test_a_matrix_equals_the_solvers(
     signatures = [
         signature(Shape(read_mesh(data, "off"), eigenpairs=40), options) for _, data in files
     ]
-    expected = dissimilarity_matrix(signatures, options).values
+    both = SignatureCollection.of(signatures, options.points)
+    expected = squareform(dissimilarities(both, pairs_between(6, 0, 15), options).costs)
     stored = served.store.results.arrays(job.id)
     assert stored is not None
     with np.load(io.BytesIO(stored), allow_pickle=False) as arrays:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from solver.mesh import triangle_mesh
+from solver.mesh import face_normals, triangle_mesh
 from tests.solver import shapes
 
 
@@ -22,6 +22,16 @@ def test_a_surface_with_small_holes_has_an_inside() -> None:
     turned = triangle_mesh(original.vertices, pierced[:, ::-1])
     assert turned.warnings == ("flipped all faces of the surface: it was inside out",)
     np.testing.assert_array_equal(turned.faces, pierced)
+
+
+def test_a_body_without_a_side_has_an_inside() -> None:
+    whole = shapes.blob(3)
+    left = whole.faces[(whole.vertices[whole.faces, 0] > -0.5).all(axis=1)]
+    for faces in (left, left[:, ::-1]):
+        mesh = triangle_mesh(whole.vertices, faces)
+        outwards = face_normals(mesh.vertices, mesh.faces) * mesh.vertices[mesh.faces].mean(axis=1)
+        assert outwards.sum() > 0.0
+        assert mesh.relative_boundary > 1.0
 
 
 def test_pieces_that_were_inside_out_are_counted() -> None:

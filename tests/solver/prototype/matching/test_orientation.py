@@ -30,7 +30,7 @@ from solver.prototype import (
     prototype_to_bytes,
 )
 from solver.prototype.learning import is_cycle_consistent
-from solver.prototype.matching import LIKELY, map_points
+from solver.prototype.matching import map_points
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum
 from synthetic import CLASSES, SyntheticShape, articulated, correspondence
@@ -201,7 +201,7 @@ def test_points_of_one_surface_are_mapped_directly() -> None:
     expected = truth[prototype("horse").vertices]
     distances = goal.metric("geodesic").distances(found.vertices)
     assert distances[np.arange(len(expected)), expected].max() < 0.5
-    assert LIKELY <= found.probability <= 1.0
+    assert found.confidence.is_likely
     assert found.surface is surface
 
 
