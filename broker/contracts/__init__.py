@@ -50,7 +50,7 @@ from broker.contracts.parameters import (
     PrototypeParameters,
     PrototypeStructures,
 )
-from broker.contracts.problems import URN, FieldProblem, Problem, ProblemType
+from broker.contracts.problems import URN, FieldProblem, Problem, ProblemType, json_pointer
 from broker.contracts.prototypes import (
     ARCHIVE_TYPE,
     MOST_EXAMPLES,
@@ -102,7 +102,7 @@ from broker.contracts.spectra import (
     SpectrumParameters,
     spectrum_key,
 )
-from broker.contracts.strict import BoundedModel
+from broker.contracts.strict import BoundedModel, Items
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
@@ -184,6 +184,7 @@ __all__ = [
     "GromovHausdorff",
     "IdempotencyRecord",
     "InverseCorrespondence",
+    "Items",
     "JobKind",
     "JobRecord",
     "JobState",
@@ -240,6 +241,7 @@ __all__ = [
     "exports_of",
     "file_type_of",
     "is_prototype",
+    "json_pointer",
     "no_alternative",
     "prototype_id",
     "sha256_of",

@@ -4,8 +4,8 @@ from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
+from broker.contracts.strict import Items
+
 Vertex: TypeAlias = Annotated[int, Field(ge=0, le=2**53, strict=True)]
-Landmark: TypeAlias = Annotated[
-    tuple[Vertex, ...], Field(min_length=2, max_length=2, strict=False, fail_fast=True)
-]
+Landmark: TypeAlias = Annotated[tuple[Vertex, ...], Items(2, 2)]
 """A vertex of the source's file and one of the target's."""

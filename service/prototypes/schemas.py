@@ -4,13 +4,13 @@ from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
-from broker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord
+from broker.contracts import MOST_EXAMPLES, Items, PrototypeParameters, PrototypeRecord
 from service.jobs import JobRequest
 from service.names import LONGEST, NamedId, showable
 
 Vertices = Annotated[
     tuple[Annotated[int, Field(ge=0, le=2**31 - 1)], ...],
-    Field(min_length=3, max_length=256, strict=False, fail_fast=True),
+    Items(3, 256, fail_fast=True),
 ]
 
 DEFAULT_NAME: Final = "prototype"
@@ -54,12 +54,7 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
         }
     )
 
-    # A JSON array arrives as a list, which is not strictly a tuple.
-    shapes: tuple[NamedId, ...] = Field(
-        min_length=2,
-        max_length=MOST_EXAMPLES,
-        strict=False,
-        fail_fast=True,
+    shapes: Annotated[tuple[NamedId, ...], Items(2, MOST_EXAMPLES)] = Field(
         description="Ids of the examples, each once.",
     )
     name: Annotated[str, AfterValidator(showable)] = Field(
@@ -73,11 +68,8 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
         description="Id of the one of `shapes` that the points are chosen on and the others are"
         " matched to; null for the first.",
     )
-    correspondences: tuple[Vertices, ...] | None = Field(
+    correspondences: Annotated[tuple[Vertices, ...], Items(0, MOST_EXAMPLES)] | None = Field(
         default=None,
-        max_length=MOST_EXAMPLES,
-        strict=False,
-        fail_fast=True,
         description="Corresponding points: for each of `shapes`, in their order, a list of 0-based"
         " vertex indices in its file, all lists of the same length; null to find them as"
         " `correspondence` says.",

@@ -281,6 +281,7 @@ def test_correspondences_at_no_vertex_are_refused_by_their_place(
         {
             "field": "body.correspondences.1.1",
             "message": "162 is no vertex of shapes.1, whose file has vertices 0 to 161",
+            "pointer": "/correspondences/1/1",
         }
     ]
 
