@@ -65,7 +65,7 @@ from service.http.security import (
     Authentication,
     KeyRing,
 )
-from service.http.validation_errors import MOST_FIELDS, short
+from service.http.validation_errors import MOST_FIELDS, media_type, sent_as, short
 
 __all__ = [
     "INVALID",
@@ -128,8 +128,10 @@ __all__ = [
     "file_response",
     "gzip_response",
     "known_parameters",
+    "media_type",
     "page_of",
     "responses",
+    "sent_as",
     "short",
     "unpacked",
     "weak_etag",

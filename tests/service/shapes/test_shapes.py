@@ -216,7 +216,8 @@ def test_unreadable_meshes_are_refused_and_leave_nothing(
     name = hashlib.sha256(data).hexdigest()[:32]
     document = problem(post(http, data), 422, "unusable-mesh")
     assert len(document["detail"]) > 10
-    assert document["errors"] == [{"field": "body.file", "message": document["detail"]}]
+    (error,) = document["errors"]
+    assert (error["field"], error["message"]) == ("body.file", document["detail"])
     problem(http.get(f"/v1/shapes/{name}"), 404, "shape-not-found")
     nothing_is_left(api.store, name)
 
@@ -258,13 +259,31 @@ def test_other_formats_that_lie(http: httpx2.Client) -> None:
 def test_unknown_formats(http: httpx2.Client, filename: str) -> None:
     document = problem(post(http, WHOLE, filename), 415, "unsupported-format")
     assert ".ply" in document["detail"]
+    assert document["errors"][0]["field"] == "body.file"
+
+
+@pytest.mark.parametrize(
+    ("file", "data"),
+    [
+        (("blob", WHOLE), {"name": "cat0.off"}),
+        (("blob", WHOLE, "model/off"), {}),
+        (("blob", WHOLE, "model/off; charset=utf-8"), {"name": "a cat"}),
+        (("cat.off", WHOLE, "model/obj"), {"name": "cat.stl"}),
+    ],
+)
+def test_the_format_of_a_file_without_a_name(
+    http: httpx2.Client, file: tuple[str, ...], data: dict[str, str]
+) -> None:
+    shape = http.post("/v1/shapes", files={"file": file}, data=data).json()
+    assert shape["file_type"] == "off"
+    assert shape["name"] == data.get("name", file[0])
 
 
 def test_uploads_that_are_none(http: httpx2.Client) -> None:
     document = problem(http.post("/v1/shapes"), 422, "invalid-request")
     assert document["errors"][0]["field"] == "body.file"
-    problem(http.post("/v1/shapes", data={"file": "text"}), 422, "invalid-request")
-    problem(http.post("/v1/shapes", json={"file": "text"}), 422, "invalid-request")
+    problem(http.post("/v1/shapes", data={"file": "text"}), 415, "unsupported-format")
+    problem(http.post("/v1/shapes", json={"file": "text"}), 415, "unsupported-format")
     broken = {"content-type": "multipart/form-data; boundary=x"}
     problem(http.post("/v1/shapes", content=b"--y\r\n", headers=broken), 400, "bad-request")
     empty_name = http.post("/v1/shapes", files={"file": ("a.off", WHOLE)}, data={"name": "n" * 201})
@@ -273,7 +292,10 @@ def test_uploads_that_are_none(http: httpx2.Client) -> None:
 
 def test_a_file_over_the_limit(http: httpx2.Client) -> None:
     document = problem(post(http, bytes(LIMIT + 1)), 413, "upload-too-large")
-    assert document["detail"] == "The limit is 2.097 MB."
+    assert (
+        document["detail"]
+        == "The limit is 2.097 MB; send a smaller file, such as a simplified mesh."
+    )
     problem(post(http, bytes(20 * LIMIT)), 413, "upload-too-large")
     # Right at the limit it is looked at, and found to be no mesh.
     problem(post(http, bytes(LIMIT)), 422, "unusable-mesh")
