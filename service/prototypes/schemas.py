@@ -93,8 +93,7 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
             return given
         if len(given) != len(shapes):
             raise ValueError(
-                f"Input should have vertices of each shape: there are {len(given)} lists and"
-                f" {len(shapes)} shapes"
+                f"Input should have a list for each shape: {len(shapes)}, not {len(given)}"
             )
         for place, vertices in enumerate(given):
             if len(vertices) != len(given[0]):

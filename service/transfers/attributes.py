@@ -67,8 +67,8 @@ async def upload_attributes(
         File(
             description="Attributes of the vertices or faces of a shape, row i of vertex or face i"
             " of its file. Its name, or else `name`, ends in one of"
-            f" {', '.join(ATTRIBUTE_FORMATS)}; or else its `Content-Type` is that of the format, such"
-            " as text/csv."
+            f" {', '.join(ATTRIBUTE_FORMATS)}; or else its `Content-Type` is that of the format, as"
+            " text/csv is."
         ),
     ],
     name: UploadName = None,

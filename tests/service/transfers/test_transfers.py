@@ -278,6 +278,7 @@ def test_landmarks_at_no_vertex_are_refused_and_those_without_an_image_missing(
             "field": f"body.points.{place}",
             "message": f"{vertex} is no vertex of the match's source, whose file has vertices 0 to"
             f" {COUNT - 1}",
+            "pointer": f"/points/{place}",
         }
         for place, vertex in ((1, COUNT), (2, 10**6))
     ]
@@ -626,15 +627,19 @@ def test_names_that_a_file_does_not_have_are_refused_at_once(
     assert refused["errors"][0]["message"] == "'b' is not in the file, which has a"
 
 
-@pytest.mark.parametrize("what", ["colors", "scalars"])
 def test_a_shape_without_attributes_of_its_own_is_refused_at_once(
-    http: httpx2.Client, match: str, what: str
+    http: httpx2.Client, match: str, upload: Upload
 ) -> None:
-    asked = {"match": match, "what": what, "direction": "target_to_source"}
-    refused = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
-    (error,) = refused["errors"]
-    assert error["field"] == "body.attributes"
-    assert "upload a file of attributes" in error["message"]
+    off = upload(blob_file(2, seed=92))["id"]
+    for job, what, reason in (
+        (match, "colors", "the shape has no colours"),
+        (matched(http, (off, off), points=8, dense=True)["id"], "scalars", "off files have none"),
+    ):
+        asked = {"match": job, "what": what, "direction": "target_to_source"}
+        refused = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+        (error,) = refused["errors"]
+        assert error["field"] == "body.attributes"
+        assert error["message"] == f"{reason}; upload a file of attributes"
 
 
 def at_match(message: str) -> Json:
