@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, BinaryIO, Final, Generic
 
-from fastapi import Depends, Form, Request, Response, UploadFile
+from fastapi import Depends, Form, Query, Request, Response, UploadFile
 from pydantic import AfterValidator, BaseModel
 from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import UploadFile as FormFile
@@ -48,7 +48,7 @@ from service.http import (
     sent_as,
     short,
 )
-from service.jobs import IdempotencyKey, Job
+from service.jobs import LONGEST_WAIT, IdempotencyKey, Job
 from service.names import LONGEST, base_name, showable
 from service.records import RecordKind, RecordT
 
@@ -168,6 +168,16 @@ class UploadContext(CallContext):
     """The request that sends an upload, and the service that receives it."""
 
     key: IdempotencyKey = None
+    wait: Annotated[
+        float | None,
+        Query(
+            ge=0,
+            le=LONGEST_WAIT,
+            allow_inf_nan=False,
+            description="Seconds to wait for the validation, after which the answer is 202;"
+            " default: those of the service, 30.",
+        ),
+    ] = None
 
 
 UploadContextOf = Annotated[UploadContext, Depends()]
@@ -291,7 +301,8 @@ class UploadKind(Generic[RecordT]):
         service = context.service
         if file.size is not None and file.size > service.settings.max_upload_bytes:
             raise UploadTooLarge.over(service.settings.max_upload_bytes)
-        seconds, refused = service.settings.validation_wait, None
+        seconds = service.settings.validation_wait if context.wait is None else context.wait
+        refused = None
         try:
             accepted = await self._accept(context, file, describe)
         except TooManyQueued as error:

@@ -40,9 +40,17 @@ from service.jobs.schemas import Job
 LONGEST_KEY: Final = 255
 """Characters of an idempotency key."""
 
+_REPLAYED: Final = "Idempotency-Replayed"
+
 _ACCEPTED: Final[dict[str, Any]] = {
     "description": "The queued job",
-    "headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}},
+    "headers": {
+        "Location": {"description": "The job.", "schema": {"type": "string"}},
+        _REPLAYED: {
+            "description": "Where the `Idempotency-Key` was used before, and this is its job.",
+            "schema": {"const": "true"},
+        },
+    },
 }
 
 
@@ -219,7 +227,9 @@ def requested_job(
         is answered with it, or queues it again.
     """
     record = service.queue.earlier_job(order)
-    if record is None:
+    if record is not None:
+        response.headers[_REPLAYED] = "true"
+    else:
         record = submit(_with_webhook(service, asked, order))
     service.store.durability.wait(service.store.keys.job(record.id))
     job = Job.of(record, service.queue)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime
+from typing import Any
 from urllib.parse import urlsplit
 
 import httpx2
@@ -168,7 +169,26 @@ def test_the_file_comes_back(http: httpx2.Client, upload: Upload) -> None:
     shape = upload(data)["id"]
     answer = http.get(f"/v1/shapes/{shape}/mesh")
     assert answer.content == data
-    assert f"{shape}.off" in answer.headers["content-disposition"]
+    assert 'filename="mesh.off"' in answer.headers["content-disposition"]
+    assert answer.headers["etag"] == f'"{shape}"'
+    known = {"If-None-Match": f'"other", "{shape}"'}
+    unchanged = http.get(f"/v1/shapes/{shape}/mesh", headers=known)
+    assert (unchanged.status_code, unchanged.content) == (304, b"")
+    assert unchanged.headers["cache-control"] == "private, no-cache"
+    http.delete(f"/v1/shapes/{shape}")
+    problem(http.get(f"/v1/shapes/{shape}/mesh", headers=known), 404, "shape-not-found")
+
+
+def test_an_upload_need_not_wait_for_its_validation(http: httpx2.Client) -> None:
+    answer = http.post("/v1/shapes?wait=0", files={"file": ("a.off", blob_file(3, seed=26))})
+    assert answer.status_code in (201, 202)
+    assert answer.headers["location"].startswith("/v1/shapes/")
+    if answer.status_code == 202:
+        http.get(answer.json()["links"]["self"], params={"wait": 60})
+    assert http.get(answer.headers["location"]).json()["vertices"] == 642
+    for wait in ("-1", "61", "nan"):
+        answer = http.post(f"/v1/shapes?wait={wait}", files={"file": ("a.off", WHOLE)})
+        problem(answer, 422, "invalid-request")
 
 
 def test_deleting(http: httpx2.Client, upload: Upload) -> None:
@@ -272,7 +292,7 @@ def test_unknown_formats(http: httpx2.Client, filename: str) -> None:
     ],
 )
 def test_the_format_of_a_file_without_a_name(
-    http: httpx2.Client, file: tuple[str, ...], data: dict[str, str]
+    http: httpx2.Client, file: Any, data: dict[str, str]
 ) -> None:
     shape = http.post("/v1/shapes", files={"file": file}, data=data).json()
     assert shape["file_type"] == "off"
