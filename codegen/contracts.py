@@ -141,7 +141,11 @@ def _choice(kind: type[Structure]) -> str:
         f"needs_colors={kind.colored!r}",
         f"parameters=({''.join(_catalogued(kind, one) + ',' for one in kind.parameters())})",
     ]
-    body = [text, f"about = Structure({', '.join(about)})", f"name: Literal[{kind.name!r}]"]
+    body = [
+        text,
+        f"about = Structure({', '.join(about)})",
+        f"name: Literal[{kind.name!r}] = Field(description='Name of the structure.')",
+    ]
     body += [_structure_parameter(kind, one) for one in kind.parameters()]
     return "\n".join([f"class {name}(Choice):", *_indented(body)])
 
@@ -152,8 +156,8 @@ def _catalogued(kind: type[Structure], name: str) -> str:
     types_of = {"int": "integer", "float": "number", "tuple[float, ...]": "numbers"}
     return (
         f"StructureParameter(name={name!r}, description={literal(_with_default(known))},"
-        f" type={types_of[written]!r}, default={known.default!r}, minimum={known.least!r},"
-        f" maximum={known.most!r}, unit={known.unit!r})"
+        f" type={types_of[written]!r}, default={known.default!r},"
+        f" minimum={known.least!r}, maximum={known.most!r}, unit={known.unit or '1'!r})"
     )
 
 
@@ -240,6 +244,8 @@ class Unknown{word}(Choice):
         {tagged}
         | SkipJsonSchema[Annotated[Unknown{word}, Tag(UNKNOWN)]],
         by_name(get_args({word}Name)),
+        Field(description="A {word.lower()}: its name, or that and its parameters, as listed by"
+        " `GET /v1/structures`."),
     ],
 )
 """A {word.lower()}: its name, or that and its parameters."""

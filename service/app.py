@@ -49,6 +49,7 @@ from service.http import (
 )
 from service.http.openapi import document
 from service.monitoring import MeasureRequests, RequestTimes, StoreCollector
+from service.release import VERSION
 from service.settings import Settings
 from service.watcher import Watcher
 
@@ -82,7 +83,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     ring = KeyRing(settings.api_keys, settings.auth)
     app = FastAPIOffline(
         title="isomatch",
-        version="1",
+        version=VERSION,
         lifespan=_lifespan(settings, closing or asyncio.Event(), registry, ring),
         redirect_slashes=False,
         dependencies=[Depends(known_parameters)],

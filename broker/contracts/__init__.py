@@ -1,6 +1,6 @@
 """Contracts between API and workers, and of the API: versioned, typed models without numerics."""
 
-from broker.contracts.batches import MOST_TARGETS, BatchMatch, BatchResult, MatchSummary
+from broker.contracts.batches import MOST_TARGETS, BatchMatch, BatchResult
 from broker.contracts.catalogue import catalogue
 from broker.contracts.consistent_maps import (
     MOST_MAPPED_SHAPES,
@@ -19,7 +19,8 @@ from broker.contracts.dissimilarities import (
     STRUCTURES,
     DissimilarityResult,
 )
-from broker.contracts.exports import export_refusal, exports_of
+from broker.contracts.exports import export_refusal, exports_of, maps_vertices, registered_formats
+from broker.contracts.job_kinds import JobKind, JobState
 from broker.contracts.jobs import (
     UNUSABLE,
     AttributesValidationPayload,
@@ -27,9 +28,7 @@ from broker.contracts.jobs import (
     ConsistentMapsPayload,
     DeliveryPayload,
     DissimilaritiesPayload,
-    JobKind,
     JobRecord,
-    JobState,
     MatchPayload,
     Payload,
     PicturePayload,
@@ -102,10 +101,11 @@ from broker.contracts.spectra import (
     SpectrumParameters,
     spectrum_key,
 )
-from broker.contracts.strict import BoundedModel, Items
+from broker.contracts.strict import BoundedModel, Items, integral
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
+from broker.contracts.summaries import MatchSummary, PrototypeSummary, Summary
 from broker.contracts.tenants import DEFAULT_TENANT, TENANT_NAME
 from broker.contracts.transfers import (
     ATTRIBUTE_FORMATS,
@@ -115,6 +115,7 @@ from broker.contracts.transfers import (
     AttributeElement,
     AttributesRecord,
     AttributeSummary,
+    CarriedPoint,
     Direction,
     SurfacePoint,
     TransferKind,
@@ -163,6 +164,7 @@ __all__ = [
     "BatchPayload",
     "BatchResult",
     "BoundedModel",
+    "CarriedPoint",
     "Choice",
     "CollectionPair",
     "CollectionShape",
@@ -206,6 +208,7 @@ __all__ = [
     "PrototypeRecord",
     "PrototypeResult",
     "PrototypeStructures",
+    "PrototypeSummary",
     "PrototypeSurface",
     "PrototypeValidationPayload",
     "RefinedPoint",
@@ -222,6 +225,7 @@ __all__ = [
     "Structure",
     "Structures",
     "Subject",
+    "Summary",
     "SurfacePoint",
     "TimeSlicePayload",
     "TransferKind",
@@ -240,10 +244,13 @@ __all__ = [
     "export_refusal",
     "exports_of",
     "file_type_of",
+    "integral",
     "is_prototype",
     "json_pointer",
+    "maps_vertices",
     "no_alternative",
     "prototype_id",
+    "registered_formats",
     "sha256_of",
     "shape_id",
     "spectrum_key",

@@ -4,29 +4,14 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from broker.contracts.jobs import JobState
+from broker.contracts.job_kinds import JobState
 from broker.contracts.parameters import MatchParameters
 from broker.contracts.problems import Problem
-from broker.contracts.results import Confidence, Distortion
+from broker.contracts.result_document import ResultDocument
+from broker.contracts.summaries import MatchSummary
 
 MOST_TARGETS: Final = 1000
 """Greatest number of targets of a batch: its description is some megabyte of JSON."""
-
-
-class MatchSummary(BaseModel):
-    """What a batch says of a match that has succeeded."""
-
-    model_config = ConfigDict(frozen=True)
-
-    confidence: Confidence | None = Field(
-        description="How probably the answer is right; null where surfaces were not registered."
-    )
-    distortion: Distortion
-    energy: FiniteFloat = Field(description="Energy of the labelling problem, (5) of the paper.")
-    certified: bool = Field(
-        description="Whether no better correspondence exists among the candidates."
-    )
-    dense: bool = Field(description="Whether the match has a map of all vertices.")
 
 
 class BatchMatch(BaseModel):
@@ -51,12 +36,10 @@ class BatchMatch(BaseModel):
     )
 
 
-class BatchResult(BaseModel):
+class BatchResult(ResultDocument):
     """Matches of one source with many targets, when all have ended."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["batch"] = Field(default="batch", description="Kind of the job.")
     source: str = Field(description="Id of the source, a shape or a prototype.")
     source_name: str | None = Field(
         description="Name of the source, of the request or as stored; null in batches of earlier"

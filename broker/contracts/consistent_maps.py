@@ -4,6 +4,7 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence
 
 MOST_MAPPED_SHAPES: Final = 16
@@ -60,16 +61,16 @@ class CollectionPair(BaseModel):
     reason: str | None = Field(description="Why it does not fit; null if it does.")
 
 
-class ConsistentMapsResult(BaseModel):
+class ConsistentMapsResult(ResultDocument):
     """Maps between all shapes of a collection that agree with one another.
 
     Cycle errors are mean distances in space, over the square root of the target's area, between
     the images of samples by the map of a pair, and by way of a third shape.
     """
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["consistent_maps"] = Field(
+        default="consistent_maps", description="Kind of the job."
+    )
     shapes: tuple[CollectionShape, ...] = Field(
         description="The shapes, in the order in which they were given."
     )

@@ -1,10 +1,11 @@
 """Comparing a collection of shapes: limits, stages and result."""
 
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import Field, FiniteFloat
 
 from broker.contracts.parameters import DissimilarityParameters
+from broker.contracts.result_document import ResultDocument
 
 MOST_SHAPES: Final = 2000
 """Greatest number of shapes in a comparison: its matrix is some forty megabytes of JSON."""
@@ -18,12 +19,14 @@ NEIGHBOURS: Final = 10
 """Number of nearest neighbours listed for each shape."""
 
 
-class DissimilarityResult(BaseModel):
+class DissimilarityResult(ResultDocument):
     """Dissimilarities of all pairs of a collection, each minimal, with lower bounds."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+    ADDED: ClassVar = frozenset({"names"})
 
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["dissimilarities"] = Field(
+        default="dissimilarities", description="Kind of the job."
+    )
     shapes: tuple[str, ...] = Field(description="Ids of the shapes, K of them, as they were given.")
     names: tuple[str, ...] | None = Field(
         default=None, description="Their names; null in results of earlier versions."

@@ -4,7 +4,13 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from broker.contracts.jobs import MatchPayload, Payload, TransferPayload
+from broker.contracts.jobs import (
+    ConsistentMapsPayload,
+    MatchPayload,
+    Payload,
+    RegistrationPayload,
+    TransferPayload,
+)
 from broker.contracts.prototypes import is_prototype
 from broker.contracts.transfers import LANDMARKS, TEXTURE, UV, TransferKind
 
@@ -26,6 +32,19 @@ _TRANSFERS: Final[Mapping[TransferKind, tuple[str, ...]]] = MappingProxyType(
 def exports_of(payload: Payload) -> tuple[str, ...]:
     """Formats of files that the result of a job is written to, besides arrays and a picture."""
     return tuple(one for one in payload.kind.exports if export_refusal(payload, one) is None)
+
+
+def registered_formats(payload: Payload) -> tuple[str, ...]:
+    """Formats of files of the registered templates of a result: one surface on another."""
+    if not isinstance(payload, MatchPayload | RegistrationPayload):
+        return ()
+    return tuple(one for one in exports_of(payload) if one != "csv")
+
+
+def maps_vertices(payload: Payload) -> bool:
+    """Whether the result of a job has maps of all vertices between two shapes."""
+    dense = isinstance(payload, MatchPayload) and export_refusal(payload, "ply") is None
+    return dense or isinstance(payload, ConsistentMapsPayload)
 
 
 def export_refusal(payload: Payload, file_type: str) -> str | None:

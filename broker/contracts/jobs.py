@@ -1,13 +1,13 @@
-"""Jobs: kinds, states, payloads (parameters) and records."""
+"""Jobs: payloads (parameters) and records."""
 
 from collections.abc import Mapping
 from datetime import datetime
-from enum import StrEnum
 from types import MappingProxyType
 from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from broker.contracts.job_kinds import JobKind, JobState
 from broker.contracts.parameters import (
     DissimilarityParameters,
     MatchParameters,
@@ -28,62 +28,6 @@ View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]
 """Side from which shapes are drawn."""
 
 
-class JobKind(StrEnum):
-    """Kind of a job."""
-
-    MATCH = "match"
-    BATCH = "batch"
-    DISSIMILARITIES = "dissimilarities"
-    TIME_SLICE = "turn"  # the value is in stored records
-    SPECTRUM = "spectrum"
-    VALIDATION = "validation"
-    PROTOTYPE = "prototype"
-    PROTOTYPE_VALIDATION = "prototype_validation"
-    TRANSFER = "transfer"
-    REGISTRATION = "registration"
-    CONSISTENT_MAPS = "consistent_maps"
-    ATTRIBUTES_VALIDATION = "attributes_validation"
-    PICTURE = "picture"
-    WEBHOOK = "webhook"
-
-    @property
-    def has_result(self) -> bool:
-        """Whether users submit jobs of this kind and get a result."""
-        return self in (
-            JobKind.MATCH,
-            JobKind.BATCH,
-            JobKind.DISSIMILARITIES,
-            JobKind.PROTOTYPE,
-            JobKind.TRANSFER,
-            JobKind.REGISTRATION,
-            JobKind.CONSISTENT_MAPS,
-        )
-
-    @property
-    def has_arrays(self) -> bool:
-        """Whether the result is also stored as NumPy arrays."""
-        return self.has_result and self not in (JobKind.PROTOTYPE, JobKind.BATCH)
-
-    @property
-    def exports(self) -> tuple[str, ...]:
-        """Formats of files, besides arrays and a picture, of results of this kind.
-
-        Not every result has all: see `exports_of`.
-        """
-        if self is JobKind.MATCH:
-            return ("csv", "ply", "obj", "glb")
-        if self is JobKind.TRANSFER:
-            return ("csv", "ply", "obj", "glb", "zip")
-        if self is JobKind.REGISTRATION:
-            return ("ply", "obj", "glb")
-        return ("csv",) if self is JobKind.DISSIMILARITIES else ()
-
-    @property
-    def has_picture(self) -> bool:
-        """Whether their result can be drawn."""
-        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.REGISTRATION)
-
-
 UNUSABLE: Final[Mapping[JobKind, ProblemType]] = MappingProxyType(
     {
         JobKind.VALIDATION: ProblemType.UNUSABLE_MESH,
@@ -94,27 +38,16 @@ UNUSABLE: Final[Mapping[JobKind, ProblemType]] = MappingProxyType(
 """Type of the problem of an upload that cannot be used."""
 
 
-class JobState(StrEnum):
-    """State of a job: queued, running, and then one of three final states."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    SUCCEEDED = "succeeded"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-    @property
-    def ended(self) -> bool:
-        """Whether a job in this state stays in it."""
-        return self not in (JobState.QUEUED, JobState.RUNNING)
-
-
 class Progress(BaseModel):
     """Progress of a job."""
 
     model_config = ConfigDict(frozen=True)
 
-    stage: str = Field(description="What is being done.")
+    stage: str = Field(
+        description="What is being done, in words to be shown: they depend on the kind of the job"
+        ' and may change between versions, but for "queued", "spectra" (computed beforehand, for a'
+        ' queued job) and "done".'
+    )
     fraction: float = Field(ge=0, le=1, description="Share of the whole job that is done.")
 
 
@@ -335,6 +268,11 @@ class PicturePayload(_Payload):
         description="Which specimen's registered template is written, 0 for that of a match; null"
         " for the result itself.",
     )
+    pair: tuple[int, int] | None = Field(
+        default=None,
+        description="Places of the shapes whose map of all vertices is written; null for the result"
+        " itself.",
+    )
 
     @property
     def variant(self) -> str:
@@ -345,6 +283,7 @@ class PicturePayload(_Payload):
             None if self.view == default.view else self.view,
             None if self.format == default.format else self.format,
             None if self.specimen is None else f"registered-{self.specimen}",
+            None if self.pair is None else "map-{}-{}".format(*self.pair),
         )
         return ":".join(part for part in given if part is not None)
 

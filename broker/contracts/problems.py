@@ -115,14 +115,17 @@ class Problem(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     type: str = Field(
-        description="URI that names the kind of problem.", examples=[URN + "unknown-shape"]
+        description=f"URI that names the kind of problem: `{URN}` and one of "
+        + ", ".join(f"`{kind.slug}`" for kind in ProblemType)
+        + ". Later versions may add others.",
+        examples=[URN + "unknown-shape"],
     )
     title: str = Field(description="The kind of problem in words.")
     status: int = Field(description="HTTP status.")
     detail: str = Field(description="This occurrence of it in words, and what to do about it.")
-    instance: str | None = Field(default=None, description="What it happened to.")
+    instance: str | None = Field(description="What it happened to.")
     errors: tuple[FieldProblem, ...] = Field(
-        default=(), description="What is wrong with which field, where fields are to blame."
+        description="What is wrong with which field, where fields are to blame."
     )
 
     @classmethod

@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.digests import sha256_of
 from broker.contracts.parameters import PrototypeParameters, PrototypeStructures
+from broker.contracts.result_document import ResultDocument
 from broker.contracts.shapes import UPRIGHT, ViewAxes
 
 MOST_EXAMPLES: Final = 256
@@ -68,6 +69,7 @@ class PrototypeRecord(BaseModel):
                     "surfaces": 24,
                     "learned_from": None,
                     "reference": None,
+                    "view": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
                     "warnings": [],
                     "created": "2026-03-01T12:00:00Z",
                 }
@@ -151,12 +153,10 @@ class PrototypeGeometry(BaseModel):
     )
 
 
-class PrototypeResult(BaseModel):
+class PrototypeResult(ResultDocument):
     """Result of learning a prototype."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
-
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["prototype"] = Field(default="prototype", description="Kind of the job.")
     prototype: PrototypeRecord
     parameters: PrototypeParameters = Field(description="The parameters in force.")
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")

@@ -1,9 +1,10 @@
 """Template registrations: one template on many specimens, and the statistics of their shapes."""
 
-from typing import Final, Literal
+from typing import ClassVar, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
+from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence
 from broker.contracts.shapes import UPRIGHT, ViewAxes
 
@@ -50,12 +51,12 @@ class PrincipalComponent(BaseModel):
     explained: FiniteFloat = Field(description="Its share in the variance of all coordinates.")
 
 
-class RegistrationResult(BaseModel):
+class RegistrationResult(ResultDocument):
     """A template registered to specimens, and the statistics of their shapes."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+    ADDED: ClassVar = frozenset({"view"})
 
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["registration"] = Field(default="registration", description="Kind of the job.")
     template: str = Field(description="Id of the template.")
     template_name: str | None = Field(description="Its name.")
     vertices: int = Field(description="Number of vertices that all registered templates have.")

@@ -1,11 +1,12 @@
 """The result of a match."""
 
-from typing import Annotated, Final, Literal
+from typing import Annotated, ClassVar, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.parameters import MatchParameters
 from broker.contracts.problems import FieldProblem
+from broker.contracts.result_document import ResultDocument
 
 LIKELY_RIGHT: Final = 0.5
 """Probability of being right above which an answer is not in doubt: a coin toss is."""
@@ -47,7 +48,7 @@ class Alternative(_Part):
         ' target: "variation" if it differs in parts only. Null in results of earlier versions.',
     )
     energy: float = Field(description="Energy of the labelling problem, (5) of the paper.")
-    correspondences: tuple[Correspondence, ...]
+    correspondences: tuple[Correspondence, ...] = Field(description="Its pairs.")
     distortion: Distortion
 
 
@@ -288,10 +289,23 @@ class DenseCorrespondence(_Part):
     )
 
 
-class MatchResult(_Part):
+class MatchResult(ResultDocument):
     """A minimum-distortion correspondence, with what is proven of it."""
 
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    ADDED: ClassVar = frozenset(
+        {
+            "source_name",
+            "target_name",
+            "source_file_vertices",
+            "target_file_vertices",
+            "confidence",
+            "proof",
+            "gromov_hausdorff_distance",
+            "overlap",
+        }
+    )
+
+    kind: Literal["match"] = Field(default="match", description="Kind of the job.")
     source: str = Field(description="Id of the source: a shape, or a prototype.")
     source_kind: Literal["shape", "prototype"] = Field(
         default="shape",

@@ -10,6 +10,7 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     ValidationError,
+    field_validator,
     model_validator,
 )
 from pydantic_core import (
@@ -24,12 +25,19 @@ MOST_FIELDS: Final = 64
 """Most fields of an object in a request: each unknown one is reported, which takes time."""
 
 
+def integral(value: Any) -> Any:
+    """Return 8 for 8.0: an integer to JSON schema, and some languages write all numbers so."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
 class BoundedModel(BaseModel):
     """A value of a bounded number of fields, which do not contradict one another."""
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """What is wrong with fields given the others: their names, and messages."""
         yield from ()
+
+    _integral = field_validator("*", mode="before")(integral)
 
     @model_validator(mode="before")
     @classmethod

@@ -54,7 +54,7 @@ class GeodesicMetric(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["geodesic"]
+    name: Literal["geodesic"] = Field(description="Name of the structure.")
 
 
 class DiffusionMetric(Choice):
@@ -82,16 +82,16 @@ class DiffusionMetric(Choice):
                 ),
                 type="number",
                 default=0.01,
-                minimum=9.999999999999999e-31,
+                minimum=1e-30,
                 maximum=1e30,
                 unit="area",
             ),
         ),
     )
-    name: Literal["diffusion"]
+    name: Literal["diffusion"] = Field(description="Name of the structure.")
     time: float | None = Field(
         default=None,
-        ge=9.999999999999999e-31,
+        ge=1e-30,
         le=1e30,
         description=(
             "Time t: heat spreads as far as 2√t. In the square of the shapes' unit of"
@@ -117,7 +117,7 @@ class CommuteTimeMetric(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["commute_time"]
+    name: Literal["commute_time"] = Field(description="Name of the structure.")
 
 
 class BiharmonicMetric(Choice):
@@ -138,7 +138,7 @@ class BiharmonicMetric(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["biharmonic"]
+    name: Literal["biharmonic"] = Field(description="Name of the structure.")
 
 
 class UnknownMetric(Choice):
@@ -166,6 +166,10 @@ Metric = TypeAliasType(
         | Annotated[BiharmonicMetric, Tag("choice[biharmonic]")]
         | SkipJsonSchema[Annotated[UnknownMetric, Tag(UNKNOWN)]],
         by_name(get_args(MetricName)),
+        Field(
+            description="A metric: its name, or that and its parameters, as listed by"
+            " `GET /v1/structures`."
+        ),
     ],
 )
 """A metric: its name, or that and its parameters."""
@@ -192,7 +196,7 @@ class NoDescriptor(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["none"]
+    name: Literal["none"] = Field(description="Name of the structure.")
 
 
 class Photometric(Choice):
@@ -229,7 +233,7 @@ class Photometric(Choice):
             ),
         ),
     )
-    name: Literal["photometric"]
+    name: Literal["photometric"] = Field(description="Name of the structure.")
     radius: float | None = Field(
         default=None,
         ge=0.0,
@@ -264,7 +268,7 @@ class GeodesicHistogram(Choice):
                 ),
                 type="number",
                 default=0.3,
-                minimum=9.999999999999999e-31,
+                minimum=1e-30,
                 maximum=1e30,
                 unit="length",
             ),
@@ -275,14 +279,14 @@ class GeodesicHistogram(Choice):
                 default=8,
                 minimum=1,
                 maximum=64,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["geodesic_histogram"]
+    name: Literal["geodesic_histogram"] = Field(description="Name of the structure.")
     radius: float | None = Field(
         default=None,
-        ge=9.999999999999999e-31,
+        ge=1e-30,
         le=1e30,
         description=(
             "Radius r of the disc. In the shapes' unit of length; null for 0.3 times √area."
@@ -319,7 +323,7 @@ class GaussianCurvature(Choice):
             ),
         ),
     )
-    name: Literal["gaussian_curvature"]
+    name: Literal["gaussian_curvature"] = Field(description="Name of the structure.")
     scale: float | None = Field(
         default=None,
         ge=0.0,
@@ -353,7 +357,7 @@ class ConformalFactor(Choice):
         needs_colors=False,
         parameters=(),
     )
-    name: Literal["conformal_factor"]
+    name: Literal["conformal_factor"] = Field(description="Name of the structure.")
 
 
 class Eigenfunctions(Choice):
@@ -388,11 +392,11 @@ class Eigenfunctions(Choice):
                 default=20,
                 minimum=1,
                 maximum=100,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["eigenfunctions"]
+    name: Literal["eigenfunctions"] = Field(description="Name of the structure.")
     count: int = Field(
         default=20,
         ge=1,
@@ -458,18 +462,15 @@ class HeatKernelSignature(Choice):
                     0.853357786057,
                     1.0,
                 ),
-                minimum=9.999999999999999e-31,
+                minimum=1e-30,
                 maximum=1e30,
                 unit="area",
             ),
         ),
     )
-    name: Literal["hks"]
+    name: Literal["hks"] = Field(description="Name of the structure.")
     times: (
-        Annotated[
-            tuple[Annotated[float, Field(ge=9.999999999999999e-31, le=1e30)], ...], Items(1, 128)
-        ]
-        | None
+        Annotated[tuple[Annotated[float, Field(ge=1e-30, le=1e30)], ...], Items(1, 128)] | None
     ) = Field(
         default=None,
         description=(
@@ -500,11 +501,11 @@ class ScaleInvariantHeatKernelSignature(Choice):
                 default=6,
                 minimum=1,
                 maximum=40,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["si_hks"]
+    name: Literal["si_hks"] = Field(description="Name of the structure.")
     frequencies: int = Field(
         default=6, ge=1, le=40, description="Number of lowest frequencies kept."
     )
@@ -539,11 +540,11 @@ class WaveKernelSignature(Choice):
                 default=0.2,
                 minimum=0.01,
                 maximum=10.0,
-                unit="",
+                unit="1",
             ),
         ),
     )
-    name: Literal["wks"]
+    name: Literal["wks"] = Field(description="Name of the structure.")
     sigma: float = Field(
         default=0.2,
         ge=0.01,
@@ -587,6 +588,10 @@ Descriptor = TypeAliasType(
         | Annotated[WaveKernelSignature, Tag("choice[wks]")]
         | SkipJsonSchema[Annotated[UnknownDescriptor, Tag(UNKNOWN)]],
         by_name(get_args(DescriptorName)),
+        Field(
+            description="A descriptor: its name, or that and its parameters, as listed by"
+            " `GET /v1/structures`."
+        ),
     ],
 )
 """A descriptor: its name, or that and its parameters."""

@@ -28,17 +28,18 @@ class StructureParameter(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    name: str
-    description: str
+    name: str = Field(description="Name of the parameter.")
+    description: str = Field(description="What it is.")
     type: Literal["number", "integer", "numbers"] = Field(description='"numbers" is a list.')
     default: int | float | tuple[float, ...] = Field(
         description="Value if left out; of a length or an area, on a surface of unit area."
     )
-    minimum: int | float
-    maximum: int | float
-    unit: Literal["", "length", "area"] = Field(
+    minimum: int | float = Field(description="Least value.")
+    maximum: int | float = Field(description="Greatest value.")
+    unit: Literal["1", "length", "area"] = Field(
         description='"length" and "area" are in the shapes\' unit of length: √area if they are'
-        " normalised, the users' own if not. Defaults are scaled with the shapes."
+        ' normalised, the users\' own if not. Defaults are scaled with the shapes. "1": a number'
+        " without a unit."
     )
 
 
@@ -47,16 +48,16 @@ class Structure(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    name: str
-    description: str
-    formula: str
+    name: str = Field(description="Name, as in `metric` or `descriptor` of a request.")
+    description: str = Field(description="What it is.")
+    formula: str = Field(description="Formula, as text.")
     source: str = Field(description="Section and equation of RR-7333, or the publication.")
     unit: str = Field(description='Of its values, in powers of length; "1" if they have none.')
-    invariance: Invariance
+    invariance: Invariance = Field(description="What does not change its values.")
     remarks: str = Field(description="Conditions and exceptions of the invariances; often none.")
     spectral: bool = Field(description="Whether it is made of Laplace-Beltrami eigenpairs.")
     needs_colors: bool = Field(description="Whether the shapes must have vertex colours.")
-    parameters: tuple[StructureParameter, ...]
+    parameters: tuple[StructureParameter, ...] = Field(description="Its parameters.")
 
 
 class Structures(BaseModel):

@@ -2,11 +2,12 @@
 
 from datetime import datetime
 from pathlib import PurePath
-from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
+from typing import Annotated, BinaryIO, ClassVar, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.digests import sha256_of
+from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence
 from broker.contracts.strict import Items
 from broker.contracts.vertices import Vertex
@@ -106,12 +107,22 @@ class SurfacePoint(BaseModel):
     )
 
 
-class TransferResult(BaseModel):
+class CarriedPoint(SurfacePoint):
+    """Image of a landmark."""
+
+    position: tuple[float, float, float] | None = Field(
+        default=None,
+        description="Where it is, in the coordinates of the shape's file; missing in results of"
+        " earlier versions.",
+    )
+
+
+class TransferResult(ResultDocument):
     """Attributes or landmarks that were transferred from one shape of a match to the other."""
 
-    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+    ADDED: ClassVar = frozenset({"on", "confidence"})
 
-    version: Literal[1] = Field(default=1, description="Version of this format.")
+    kind: Literal["transfer"] = Field(default="transfer", description="Kind of the job.")
     match: str = Field(description="Id of the job that matched the shapes.")
     source: str = Field(description="Id of the shape that values come from.")
     target: str = Field(description="Id of the shape that values were transferred to.")
@@ -131,7 +142,7 @@ class TransferResult(BaseModel):
     attributes: tuple[AttributeSummary, ...] = Field(
         description="What was transferred; the values are in the files of the job."
     )
-    points: tuple[SurfacePoint | None, ...] | None = Field(
+    points: tuple[CarriedPoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
         " partner; null for other kinds."
     )

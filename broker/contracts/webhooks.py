@@ -8,8 +8,10 @@ from urllib.parse import urlsplit
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from broker.contracts.job_kinds import JobKind, JobState
 from broker.contracts.problems import Problem
 from broker.contracts.strict import BoundedModel
+from broker.contracts.summaries import MatchSummary
 
 LONGEST_URL: Final = 2000
 _PLAIN: Final = re.compile(r"[!-~]+")
@@ -92,13 +94,16 @@ class EndedJob(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    id: str
-    kind: str = Field(description="What the job did.")
-    state: str = Field(description="succeeded, failed or cancelled.")
-    created: datetime
-    started: datetime | None
-    ended: datetime | None
-    error: Problem | None = Field(description="Why it failed.")
+    id: str = Field(description="Id of the job.")
+    kind: JobKind = Field(description="Kind of the job.")
+    state: JobState = Field(description="succeeded, failed or cancelled.")
+    created: datetime = Field(description="When it was requested.")
+    started: datetime | None = Field(description="When it was begun; null if it never was.")
+    ended: datetime | None = Field(description="When it ended.")
+    error: Problem | None = Field(description="Why it failed; null if it did not.")
+    summary: MatchSummary | None = Field(
+        description="Of a match that has succeeded, the answer in brief; else null."
+    )
     path: str = Field(description="Where the job, and from there its result, is found.")
 
 
@@ -119,6 +124,7 @@ class WebhookEvent(BaseModel):
                         "started": "2026-03-01T12:00:01Z",
                         "ended": "2026-03-01T12:00:09Z",
                         "error": None,
+                        "summary": None,
                         "path": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
                     },
                 }
@@ -126,10 +132,10 @@ class WebhookEvent(BaseModel):
         },
     )
 
-    type: Literal["job.ended"] = "job.ended"
-    job: EndedJob
+    type: Literal["job.ended"] = Field(description="What happened.")
+    job: EndedJob = Field(description="The job.")
 
     @classmethod
     def of(cls, **job: Any) -> "WebhookEvent":
         """Return the event that a job has ended."""
-        return cls(job=EndedJob(path=f"/v1/jobs/{job['id']}", **job))
+        return cls(type="job.ended", job=EndedJob(path=f"/v1/jobs/{job['id']}", **job))

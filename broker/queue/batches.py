@@ -22,6 +22,7 @@ from broker.contracts import (
     Problem,
     ProblemType,
     Progress,
+    Summary,
 )
 from broker.queue.new_jobs import batch_match_id, new_batch_match
 from broker.queue.rq_queues import RqQueues
@@ -177,6 +178,7 @@ class Batches:
         # The clock of the machine where the batch started may be ahead.
         seconds = max((datetime.now(UTC) - started).total_seconds(), 0.0)
         result = BatchResult(
+            job=record.id,
             source=payload.source,
             source_name=payload.source_name,
             parameters=payload.parameters,
@@ -200,7 +202,7 @@ def _match(
     place: int,
     state: JobState | None,
     record: JobRecord | None,
-    summary: MatchSummary | None,
+    summary: Summary | None,
 ) -> BatchMatch:
     payload = batch.payload
     assert isinstance(payload, BatchPayload)
@@ -211,6 +213,7 @@ def _match(
         shown, error = state, _EXPIRED
     else:
         shown = record.state
+    done = shown is JobState.SUCCEEDED
     return BatchMatch(
         target=payload.targets[place],
         target_name=payload.target_names[place],
@@ -218,5 +221,5 @@ def _match(
         state=shown,
         fraction=0.0 if record is None else record.progress.fraction,
         error=error,
-        summary=summary if shown is JobState.SUCCEEDED else None,
+        summary=summary if done and isinstance(summary, MatchSummary) else None,
     )

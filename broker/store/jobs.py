@@ -26,9 +26,9 @@ from broker.contracts import (
     JobKind,
     JobRecord,
     JobState,
-    MatchSummary,
     Problem,
     Progress,
+    Summary,
     subject_of,
 )
 from broker.store import scripts
@@ -225,7 +225,7 @@ class Jobs:
         runner: str,
         result: bytes | None = None,
         arrays: bytes | None = None,
-        summary: MatchSummary | None = None,
+        summary: Summary | None = None,
     ) -> bool:
         """End a job with its result, all at once; False if the runner no longer holds it.
 
@@ -238,7 +238,7 @@ class Jobs:
         result, arrays
             The result, JSON; and the same as arrays, npz.
         summary
-            A match in brief.
+            The result in brief.
         """
         packed = None if result is None else gzip.compress(result, compresslevel=6, mtime=0)
         contents = {self.keys.job_result(job_id): packed, self.keys.job_arrays(job_id): arrays}

@@ -2,16 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import BinaryIO, cast
+from typing import BinaryIO, Final, cast
 
+from pydantic import TypeAdapter
 from redis import Redis
 
-from broker.contracts import MatchSummary, PicturePayload
+from broker.contracts import PicturePayload, Summary
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
 from broker.store.keys import Keys
 from broker.store.quotas import Quotas
 from broker.store.replies import text
+
+_SUMMARY: Final[TypeAdapter[Summary]] = TypeAdapter(Summary)
 
 
 @dataclass(frozen=True)
@@ -87,11 +90,11 @@ class Results:
         self.blobs.discard(zip(names, stored, strict=True))
         return any(reply is not None for reply in stored)
 
-    def summaries(self, job_ids: Sequence[str]) -> list[MatchSummary | None]:
-        """Return matches in brief; None for those that have none, or none any more."""
+    def summaries(self, job_ids: Sequence[str]) -> list[Summary | None]:
+        """Return results in brief; None for those that have none, or none any more."""
         keys = [self.keys.job_summary(one) for one in job_ids]
-        found = cast(list[bytes | None], self.client.mget(keys))
-        return [None if one is None else MatchSummary.model_validate_json(one) for one in found]
+        found = cast(list[bytes | None], self.client.mget(keys) if keys else [])
+        return [None if one is None else _SUMMARY.validate_json(one) for one in found]
 
     def picture(self, payload: PicturePayload) -> bytes | None:
         """Return a picture of a result, or the result in another format."""

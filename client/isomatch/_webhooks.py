@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from typing_extensions import TypedDict
 
 from isomatch._errors import InvalidSignature
-from isomatch._models import Answer, JobState
+from isomatch._models import Answer, JobState, MatchSummary
 from isomatch._problem import Problem
 
 
@@ -36,7 +36,7 @@ class EndedJob(Answer):
 
     Attributes
     ----------
-    id, kind, state, created, started, ended, error
+    id, kind, state, created, started, ended, error, summary
         As of :class:`isomatch.Job`.
     path
         Path of the job on the service.
@@ -49,6 +49,7 @@ class EndedJob(Answer):
     started: datetime | None
     ended: datetime | None
     error: Problem | None
+    summary: MatchSummary | None = None
     path: str
 
 

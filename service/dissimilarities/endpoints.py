@@ -105,6 +105,7 @@ def _document(service: Service, job_id: str) -> BinaryIO:
         "job": record.id,
         "state": record.state.value,
         "shapes": payload.shapes,
+        "names": payload.names,
         "labels": payload.labels,
         "pairs": number_of_pairs(count),
         "pairs_done": done,

@@ -65,6 +65,10 @@ class PartialDissimilarities(BaseModel):
     job: str = Field(description="Id of the job that computes them.")
     state: JobState = Field(description="State of that job.")
     shapes: tuple[str, ...] = Field(description="Ids of the shapes, K of them.")
+    names: tuple[str | None, ...] | None = Field(
+        description="Names that the request gave the shapes, if it did; null for those they are"
+        " stored under."
+    )
     labels: tuple[str, ...] | None = Field(description="Labels of the shapes, if any were given.")
     pairs: int = Field(description="Number of pairs of shapes.")
     pairs_done: int = Field(description="Number of pairs whose dissimilarity is known.")

@@ -137,6 +137,7 @@ def _http(request: Request, error: Exception) -> Response:
         status=error.status_code,
         detail=detail,
         instance=path,
+        errors=(),
     )
     return response(stated, headers)
 

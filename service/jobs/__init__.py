@@ -1,6 +1,6 @@
 """Jobs: requesting them, following and cancelling them, and their results."""
 
-from service.jobs import endpoints, pictures, results
+from service.jobs import endpoints, maps, pictures, results
 from service.jobs.endpoints import LONGEST_WAIT
 from service.jobs.followed import Event, FollowedJobs, Name
 from service.jobs.lookup import (
@@ -23,7 +23,7 @@ from service.jobs.results import BYTES, ERRORS
 from service.jobs.schemas import Job
 from service.jobs.webhooks import router as webhooks_router
 
-ROUTERS = (endpoints.router, results.router, pictures.router)
+ROUTERS = (endpoints.router, results.router, pictures.router, maps.router)
 
 __all__ = [
     "BYTES",

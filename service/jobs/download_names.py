@@ -3,6 +3,7 @@
 from typing import Final
 
 from broker.contracts import (
+    ConsistentMapsPayload,
     JobRecord,
     MatchPayload,
     RegistrationPayload,
@@ -49,6 +50,19 @@ def registered_stem(service: Service, job_id: str, specimen: int) -> str:
         given = None if payload.names is None else payload.names[specimen]
         return f"{template}-on-{_stem(service, payload.shapes[specimen], given)}"
     return f"{job_id}-{specimen}"
+
+
+def map_stem(service: Service, job_id: str, source: int, target: int) -> str:
+    """Return the name of the file of a map of all vertices, without ending."""
+    payload = _payload(service, job_id)
+    if isinstance(payload, MatchPayload):
+        names = _ends(service, payload)
+        return f"map-{names[source]}-to-{names[target]}"
+    if isinstance(payload, ConsistentMapsPayload):
+        given = payload.names or (None,) * len(payload.shapes)
+        ends = (_stem(service, payload.shapes[one], given[one]) for one in (source, target))
+        return f"map-{'-to-'.join(ends)}"
+    return job_id
 
 
 def _payload(service: Service, job_id: str) -> object:

@@ -249,6 +249,8 @@ def _check(service: Service, payload: PicturePayload) -> None:
         _check_carried(record)
         packed_result(service, payload.job)
         return
+    if payload.pair is not None:
+        return  # checked by the endpoint
     if record.kind is not JobKind.MATCH:
         _refuse_options_of_matches(payload)
     known = record.kind.exports if payload.format != "png" else ("png",) * record.kind.has_picture

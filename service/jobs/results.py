@@ -1,8 +1,9 @@
 """``/v1/jobs/{id}/result``: results as JSON and as arrays."""
 
-from typing import Final
+from typing import Annotated, Final, TypeAlias
 
 from fastapi import APIRouter, Response
+from pydantic import Field
 
 from broker.contracts import (
     BatchPayload,
@@ -52,16 +53,21 @@ ERRORS: Final = responses(
 )
 BYTES: Final = "application/octet-stream"
 
-
-@router.get(
-    "/{job_id}/result",
-    response_model=MatchResult
+_Result: TypeAlias = Annotated[
+    MatchResult
     | BatchResult
     | DissimilarityResult
     | PrototypeResult
     | TransferResult
     | RegistrationResult
     | ConsistentMapsResult,
+    Field(discriminator="kind"),
+]
+
+
+@router.get(
+    "/{job_id}/result",
+    response_model=_Result,
     responses=ERRORS,
     operation_id="get_result",
 )
@@ -69,7 +75,9 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
     """Return the result of a job.
 
     It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, the
-    values of a transfer, a template registered to specimens, or consistent maps of a collection.
+    values of a transfer, a template registered to specimens, or consistent maps of a collection, as
+    `kind` says. Results of earlier versions have no `kind` and no `job`: until they expire, see the
+    `kind` of the job.
     """
     return json_answer(open_result(service, job_id), accept_encoding)
 
@@ -77,6 +85,7 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
 @router.delete(
     "/{job_id}/result",
     status_code=204,
+    response_class=Response,
     responses=responses(
         JobNotFound, JobExpired, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
     ),

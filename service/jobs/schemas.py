@@ -8,14 +8,23 @@ from urllib.parse import urlsplit
 from pydantic import BaseModel, ConfigDict, Field
 
 from broker.contracts import (
+    AttributesValidationPayload,
     Delivery,
     JobKind,
     JobRecord,
     JobState,
+    MatchSummary,
     Problem,
     Progress,
+    PrototypePayload,
+    PrototypeSummary,
+    PrototypeValidationPayload,
+    Summary,
     TransferPayload,
+    ValidationPayload,
     exports_of,
+    maps_vertices,
+    registered_formats,
     subject_of,
 )
 from broker.queue import JobQueue
@@ -25,6 +34,8 @@ SPECTRA: Final = "spectra"
 
 _Awaited: TypeAlias = Literal["worker", "turn"]
 
+_WITHOUT_RESULT: Final = (JobState.FAILED, JobState.CANCELLED)
+
 _NEAR: Final = 20
 """Position up to which a queued job is asked for its spectra."""
 
@@ -33,26 +44,45 @@ MOST_NAMED: Final = 20
 
 
 class JobLinks(BaseModel):
-    """Addresses of a job and its results; without those of a result that is no longer kept."""
+    """Addresses of a job and of its result.
+
+    Those of the result are there from the beginning, but answer 409 until the job has succeeded.
+    They are null (`exports` and `registered` empty) if the job has failed or was cancelled, if the
+    result is no longer kept, and for kinds that have none.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     self: str = Field(description="The job.")
     events: str = Field(description="The changes of the job, as server-sent events.")
-    result: str | None = Field(description="Its result, for kinds that have one.")
+    result: str | None = Field(description="Its result, JSON.")
     picture: str | None = Field(description="Its result as a picture.")
-    arrays: str | None = Field(description="Its result as NumPy arrays, for kinds that have them.")
-    exports: tuple[str, ...] = Field(
-        description="Its result as files of other formats, for kinds that have them."
+    arrays: str | None = Field(description="Its result as NumPy arrays.")
+    exports: tuple[str, ...] = Field(description="Its result as files of other formats.")
+    registered: tuple[str, ...] = Field(
+        description="The source of a dense match on its target, as files; the template of a"
+        " registration on its first specimen, and with `?specimen=` on another one."
+    )
+    map: str | None = Field(
+        description="A map of all vertices as CSV, of a dense match or consistent maps; with"
+        " `?source=` and `?target=` another one. Of a prototype there is none."
+    )
+    resource: str | None = Field(
+        description="What the job has made: the shape, prototype or attribute file of an upload, or"
+        " the prototype that was learned, while the result is kept; null before, and for other"
+        " kinds."
     )
     match: str | None = Field(description="The match along which it transfers values.")
     partial: str | None = Field(
-        description="Its result as far as it is known while the job runs, for kinds done in parts."
+        description="What is known of a batch or a comparison while it runs, and afterwards; null"
+        " for other kinds, and for a comparison without a result."
     )
 
 
 class JobWebhook(Delivery):
     """Receiver of the notification that a job has ended, and the state of its delivery."""
+
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
 
     url: str = Field(description="Address of the receiver, without its query.")
 
@@ -77,6 +107,7 @@ class Job(BaseModel):
                     ],
                     "shape_count": 2,
                     "prototype": None,
+                    "summary": None,
                     "name": None,
                     "names": ["cat0.off", "cat1.off"],
                     "parameters": {"points": 64, "dense": True},
@@ -104,6 +135,9 @@ class Job(BaseModel):
                         "picture": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.png",
                         "arrays": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.npz",
                         "exports": ["/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.csv"],
+                        "registered": [],
+                        "map": None,
+                        "resource": None,
                         "match": None,
                         "partial": None,
                     },
@@ -112,7 +146,7 @@ class Job(BaseModel):
         },
     )
 
-    id: str
+    id: str = Field(description="Id of the job.")
     kind: JobKind = Field(description="Kind of the job.")
     batch: str | None = Field(
         description="Id of the batch that it is a match of; null for a job of its own."
@@ -132,8 +166,12 @@ class Job(BaseModel):
     )
     shape_count: int = Field(description="Number of its shapes.")
     prototype: str | None = Field(
-        description="Id of the prototype that is matched, or that was uploaded; null for none. A"
-        " prototype that is learned is named by the job's result."
+        description="Id of the prototype that is matched, that was uploaded, or that was learned,"
+        " while the result of learning is kept; null for none."
+    )
+    summary: MatchSummary | None = Field(
+        description="The answer in brief, of a match that has succeeded and is still kept; null"
+        " for other kinds and for matches of earlier versions."
     )
     name: str | None = Field(
         description="Name of the prototype that is learned, or of the upload; null for other kinds."
@@ -151,9 +189,9 @@ class Job(BaseModel):
         description='How far it is. The stage of a queued job is "queued", or "spectra" while its'
         " spectra, which are computed beforehand, are all that it waits for."
     )
-    created: datetime
-    started: datetime | None
-    ended: datetime | None
+    created: datetime = Field(description="When it was requested.")
+    started: datetime | None = Field(description="When it was begun; null before.")
+    ended: datetime | None = Field(description="When it ended; null before.")
     position: int | None = Field(
         description="Number of jobs ahead of it in the queue; null once it has begun, and of a"
         " match of a batch until a worker will soon be free for it."
@@ -163,14 +201,14 @@ class Job(BaseModel):
         " running comparison or batch waits while all workers work for other jobs. Null for a job"
         " that does not wait."
     )
-    error: Problem | None = Field(description="Why it failed.")
+    error: Problem | None = Field(description="Why it failed; null if it did not.")
     caller: str | None = Field(
         description="Name of the API key it was requested with; null where none is needed."
     )
     webhook: JobWebhook | None = Field(
         description="Its webhook and the state of the delivery; null for none."
     )
-    links: JobLinks
+    links: JobLinks = Field(description="Addresses of the job and of its result.")
 
     @classmethod
     def of(cls, record: JobRecord, queue: JobQueue) -> Self:
@@ -186,6 +224,7 @@ class Job(BaseModel):
         positions = queue.rq.positions(queued) if queued else []
         succeeded = [one.id for one in records if one.state is JobState.SUCCEEDED]
         gone = set(succeeded) - queue.store.results.kept(succeeded)
+        summaries = dict(zip(succeeded, queue.store.results.summaries(succeeded), strict=True))
         place = {one.id: known for one, known in zip(queued, positions, strict=True)}
         return tuple(
             cls._of(
@@ -194,6 +233,7 @@ class Job(BaseModel):
                 _waiting_for(record, place.get(record.id), served, record.id in giving_way),
                 served and _awaits_spectra(record, place.get(record.id), queue),
                 record.id in gone,
+                summaries.get(record.id),
             )
             for record in records
         )
@@ -206,10 +246,12 @@ class Job(BaseModel):
         waiting_for: _Awaited | None,
         awaits_spectra: bool,
         gone: bool,
+        summary: Summary | None,
     ) -> Self:
         path = f"/v1/jobs/{record.id}"
-        kind = record.kind
         error, subject = record.error, subject_of(record.payload)
+        learned = summary.prototype if isinstance(summary, PrototypeSummary) else None
+        prototype = subject.prototype or learned
         return cls(
             id=record.id,
             kind=record.kind,
@@ -219,7 +261,8 @@ class Job(BaseModel):
             target=subject.target,
             shapes=subject.shapes[:MOST_NAMED],
             shape_count=len(subject.shapes),
-            prototype=subject.prototype,
+            prototype=prototype,
+            summary=summary if isinstance(summary, MatchSummary) else None,
             name=subject.name,
             names=subject.names[:MOST_NAMED],
             parameters=_parameters(record),
@@ -232,21 +275,40 @@ class Job(BaseModel):
             error=None if error is None else error.model_copy(update={"instance": path}),
             caller=record.caller,
             webhook=_webhook(record),
-            links=JobLinks(
-                self=path,
-                events=f"{path}/events",
-                result=f"{path}/result" if kind.has_result and not gone else None,
-                picture=f"{path}/result.png" if kind.has_picture and not gone else None,
-                arrays=f"{path}/result.npz" if kind.has_arrays and not gone else None,
-                exports=() if gone else _exports(record, path),
-                match=None if subject.match is None else f"/v1/jobs/{subject.match}",
-                partial=_partial(record),
-            ),
+            links=_links(record, path, gone or record.state in _WITHOUT_RESULT, prototype),
         )
 
 
-def _exports(record: JobRecord, path: str) -> tuple[str, ...]:
-    return tuple(f"{path}/result.{one}" for one in exports_of(record.payload))
+def _links(record: JobRecord, path: str, without: bool, prototype: str | None) -> JobLinks:
+    kind, payload, match = record.kind, record.payload, subject_of(record.payload).match
+    exports = () if without else exports_of(payload)
+    registered = () if without else registered_formats(payload)
+    return JobLinks(
+        self=path,
+        events=f"{path}/events",
+        result=f"{path}/result" if kind.has_result and not without else None,
+        picture=f"{path}/result.png" if kind.has_picture and not without else None,
+        arrays=f"{path}/result.npz" if kind.has_arrays and not without else None,
+        exports=tuple(f"{path}/result.{one}" for one in exports),
+        registered=tuple(f"{path}/registered.{one}" for one in registered),
+        map=f"{path}/map.csv" if maps_vertices(payload) and not without else None,
+        resource=_resource(record, prototype),
+        match=None if match is None else f"/v1/jobs/{match}",
+        partial=_partial(record, without),
+    )
+
+
+def _resource(record: JobRecord, prototype: str | None) -> str | None:
+    if record.state is not JobState.SUCCEEDED:
+        return None
+    match record.payload:
+        case ValidationPayload(shape=shape):
+            return f"/v1/shapes/{shape}"
+        case AttributesValidationPayload(attributes=attributes):
+            return f"/v1/attributes/{attributes}"
+        case PrototypeValidationPayload() | PrototypePayload() if prototype is not None:
+            return f"/v1/prototypes/{prototype}"
+    return None
 
 
 def depends_on_queue(record: JobRecord) -> bool:
@@ -296,9 +358,11 @@ def _parameters(record: JobRecord) -> dict[str, str | int | float | bool | None]
     return {name: one for name, one in changed.items() if not isinstance(one, list | dict)}
 
 
-def _partial(record: JobRecord) -> str | None:
-    folder = {JobKind.BATCH: "batches", JobKind.DISSIMILARITIES: "dissimilarities"}
-    return f"/v1/{folder[record.kind]}/{record.id}" if record.kind in folder else None
+def _partial(record: JobRecord, without: bool) -> str | None:
+    if record.kind is JobKind.BATCH:  # its matches have results of their own
+        return f"/v1/batches/{record.id}"
+    compared = record.kind is JobKind.DISSIMILARITIES and not without
+    return f"/v1/dissimilarities/{record.id}" if compared else None
 
 
 def _webhook(record: JobRecord) -> JobWebhook | None:
@@ -313,5 +377,5 @@ def _webhook(record: JobRecord) -> JobWebhook | None:
 class JobPage(BaseModel):
     """One page of the jobs, the newest first."""
 
-    items: tuple[Job, ...]
+    items: tuple[Job, ...] = Field(description="The jobs.")
     next_cursor: str | None = Field(description="Cursor of the next page; null on the last.")

@@ -1,5 +1,7 @@
 """Probes."""
 
+from typing import Literal
+
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 from redis.exceptions import ResponseError
@@ -7,6 +9,7 @@ from redis.exceptions import ResponseError
 from broker.blobs import BlobError
 from service.dependencies import ServiceOf
 from service.http import NotReady, responses
+from service.release import VERSION
 
 router = APIRouter(tags=["health"])
 
@@ -14,19 +17,21 @@ router = APIRouter(tags=["health"])
 class Health(BaseModel):
     """State of the API process."""
 
-    status: str = Field(examples=["ok"])
+    status: Literal["ok"] = Field(description="That it answers.")
+    version: str = Field(description="Version of the service.", examples=[VERSION])
 
 
-class Readiness(Health):
+class Readiness(BaseModel):
     """Readiness to run jobs."""
 
+    status: Literal["ok"] = Field(description="That it is ready.")
     workers: int = Field(description="Number of workers that are alive and warmed up.")
 
 
 @router.get("/health/live", operation_id="health_live")
 async def live() -> Health:
     """Report that the API process is alive."""
-    return Health(status="ok")
+    return Health(status="ok", version=VERSION)
 
 
 @router.get("/health/ready", responses=responses(NotReady), operation_id="health_ready")

@@ -97,6 +97,7 @@ def get_prototype(prototype: PrototypeId, service: ServiceOf) -> Response:
 @router.delete(
     "/{prototype}",
     status_code=204,
+    response_class=Response,
     responses=responses(PrototypeNotFound, InvalidRequest),
     operation_id="delete_prototype",
 )

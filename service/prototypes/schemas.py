@@ -2,14 +2,22 @@
 
 from typing import Annotated, Final
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+)
 
-from broker.contracts import MOST_EXAMPLES, Items, PrototypeParameters, PrototypeRecord
+from broker.contracts import MOST_EXAMPLES, Items, PrototypeParameters, PrototypeRecord, integral
 from service.jobs import JobRequest
 from service.names import LONGEST, NamedId, showable
 
 Vertices = Annotated[
-    tuple[Annotated[int, Field(ge=0, le=2**31 - 1)], ...],
+    tuple[Annotated[int, Field(ge=0, le=2**31 - 1), BeforeValidator(integral)], ...],
     Items(3, 256, fail_fast=True),
 ]
 
@@ -23,11 +31,13 @@ _THIRD = "8c7dd922ad47494fc02c388e12c00eac"
 class Prototype(PrototypeRecord):
     """A prototype of a class of shapes."""
 
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
 
 class PrototypePage(BaseModel):
     """One page of the prototypes, the newest first."""
 
-    items: tuple[Prototype, ...]
+    items: tuple[Prototype, ...] = Field(description="The prototypes.")
     next_cursor: str | None = Field(description="Cursor of the next page; null on the last.")
 
 

@@ -104,6 +104,7 @@ def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
 @router.delete(
     "/{shape}",
     status_code=204,
+    response_class=Response,
     responses=responses(ShapeNotFound, InvalidRequest),
     operation_id="delete_shape",
 )

@@ -108,6 +108,7 @@ def get_attributes(attributes: AttributesId, service: ServiceOf) -> Response:
 @router.delete(
     "/{attributes}",
     status_code=204,
+    response_class=Response,
     responses=responses(AttributesNotFound, InvalidRequest),
     operation_id="delete_attributes",
 )

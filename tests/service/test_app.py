@@ -7,6 +7,8 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import httpx2
@@ -15,10 +17,13 @@ from openapi_schema_validator import OAS31Validator, oas31_format_checker
 from openapi_spec_validator import validate
 
 from broker.store import DEFAULT_KEYS
+from service.http.openapi import headers
+from service.release import VERSION
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
 from tests.service.conftest import Api, Json, idle_api, problem, running_api
+from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
 OPENAPI = ROOT / "openapi" / "openapi.json"
@@ -57,7 +62,7 @@ def test_request_ids_go_with_the_jobs(
 
 
 def test_probes(http: httpx2.Client) -> None:
-    assert http.get("/health/live").json() == {"status": "ok"}
+    assert http.get("/health/live").json() == {"status": "ok", "version": VERSION}
     assert http.get("/health/ready").json() == {"status": "ok", "workers": 2}
 
 
@@ -213,6 +218,67 @@ def test_every_call_has_examples() -> None:
                     assert shown, call["operationId"]
                     for value in shown:
                         check(content["schema"], value)
+
+
+SCHEMAS = json.loads(OPENAPI.read_text(encoding="utf-8"))["components"]["schemas"]
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_examples_of_schemas_are_valid(name: str) -> None:
+    shown = [(SCHEMAS[name], one) for one in SCHEMAS[name].get("examples", ())]
+    for part in SCHEMAS[name].get("properties", {}).values():
+        shown += [(part, one) for one in part.get("examples", ())]
+    for schema, example in shown:
+        whole = {**schema, "components": {"schemas": SCHEMAS}}
+        OAS31Validator(whole, format_checker=oas31_format_checker).validate(example)
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_all_fields_are_described(name: str) -> None:
+    for field, part in SCHEMAS[name].get("properties", {}).items():
+        assert "description" in part or "$ref" in part, field
+
+
+def test_the_document_has_no_schema_without_use() -> None:
+    text = OPENAPI.read_text(encoding="utf-8")
+    assert [name for name in SCHEMAS if f'"#/components/schemas/{name}"' not in text] == []
+
+
+def test_bounds_of_integers_are_integers() -> None:
+    text = OPENAPI.read_text(encoding="utf-8")
+    points = json.loads(text)["components"]["schemas"]["MatchRequest"]["properties"]["points"]
+    assert repr(points["maximum"]) == "256"
+
+
+def test_fields_that_are_always_answered_are_required() -> None:
+    for name in ("Shape", "Prototype", "Job", "JobLinks", "JobWebhook", "Problem", "WebhookEvent"):
+        assert set(SCHEMAS[name]["required"]) == set(SCHEMAS[name]["properties"])
+
+
+def test_headers_are_declared(http: httpx2.Client) -> None:
+    paths = json.loads(OPENAPI.read_text(encoding="utf-8"))["paths"]
+    calls = [call for path in paths.values() for call in path.values()]
+    for call in calls:
+        for status, answer in call["responses"].items():
+            assert "X-Request-ID" in answer["headers"]
+            needed = {"401": "WWW-Authenticate", "429": "Retry-After", "304": "ETag"}.get(status)
+            assert needed is None or needed in answer["headers"]
+    operations = {call["operationId"] for call in calls}
+    assert operations >= headers.NAMED_FILES
+
+
+def test_an_answer_without_content_has_no_media_type(
+    http: httpx2.Client, upload: Callable[..., Json]
+) -> None:
+    answer = http.delete(f"/v1/shapes/{upload(blob_file(2, seed=907))['id']}")
+    assert answer.status_code == 204
+    assert "content-type" not in answer.headers
+
+
+def test_the_version_is_that_of_the_package() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert project["version"] == VERSION
+    assert json.loads(OPENAPI.read_text(encoding="utf-8"))["info"]["version"] == VERSION
 
 
 def test_links_lead_to_what_there_is() -> None:

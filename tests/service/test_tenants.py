@@ -81,6 +81,7 @@ REQUESTS: dict[str, Asks] = {
     "GET /v1/jobs/{job_id}/events": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result": of_job(lambda job: {"job_id": job}),
     "DELETE /v1/jobs/{job_id}/result": of_job(lambda job: {"job_id": job}),
+    "GET /v1/jobs/{job_id}/map.csv": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result.npz": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result.png": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result.{format}": of_job(lambda job: {"job_id": job, "format": "ply"}),

@@ -10,6 +10,7 @@ from broker.contracts import (
     LANDMARKS,
     TEXTURE,
     UV,
+    CarriedPoint,
     DenseCorrespondence,
     InverseCorrespondence,
     SurfacePoint,
@@ -101,7 +102,7 @@ class Carried:
     """Carried attributes, or the images of landmarks."""
 
     attributes: tuple[Attribute, ...] = ()
-    points: tuple[SurfacePoint | None, ...] | None = None
+    points: tuple[CarriedPoint | None, ...] | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -266,11 +267,11 @@ def _images(
     points: Sequence[SurfacePoint],
     dense: registration.DenseCorrespondence,
     target: TriangleMesh,
-) -> tuple[SurfacePoint | None, ...]:
+) -> tuple[CarriedPoint | None, ...]:
     """Images of landmarks; None for those with a corner that the map does not have."""
     corners = np.array([one.vertices for one in points], dtype=np.int64)
     mapped = np.isin(corners, dense.source).all(axis=1)
-    images: list[SurfacePoint | None] = [None] * len(points)
+    images: list[CarriedPoint | None] = [None] * len(points)
     if not mapped.any():
         return tuple(images)
     weights = np.array([one.weights for one in points])
@@ -279,8 +280,13 @@ def _images(
     except TransferError as error:
         raise OptionError("points", str(error)) from error
     shares = found.barycentric.clip(0.0, 1.0)
-    for place, three, share in zip(np.flatnonzero(mapped), found.corners, shares, strict=True):
-        images[place] = SurfacePoint(vertices=tuple(three.tolist()), weights=tuple(share.tolist()))
+    places = target.vertices[target.vertices_of(found.corners)]
+    positions = np.einsum("kc,kcd->kd", shares, places)
+    carried = zip(found.corners.tolist(), shares.tolist(), positions.tolist(), strict=True)
+    for place, (three, share, position) in zip(np.flatnonzero(mapped), carried, strict=True):
+        images[place] = CarriedPoint(
+            vertices=tuple(three), weights=tuple(share), position=tuple(position)
+        )
     return tuple(images)
 
 

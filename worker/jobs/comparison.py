@@ -93,6 +93,7 @@ class Comparison:
         known = shape_names(self.payload.shapes, self.payload.names, store)
         names = tuple(name or "" for name in known)
         result = result_of(self.payload, values, self._timings(), names)
+        result = result.model_copy(update={"job": job.id})
         document, arrays = result.model_dump_json().encode(), arrays_of(result, values)
         waiting = self._started() - job.created
         timings = self._timings() | {WAITING: waiting.total_seconds()}

@@ -68,7 +68,8 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> Job
         "consistency": ended - matched,
         TOTAL: ended - start,
     }
-    document = result.model_copy(update={"timings": timings}).model_dump_json().encode()
+    added = {"job": context.record.id, "timings": timings}
+    document = result.model_copy(update=added).model_dump_json().encode()
     return JobResult(document, arrays)
 
 

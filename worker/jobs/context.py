@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from broker.contracts import JobRecord, MatchSummary
+from broker.contracts import JobRecord, Summary
 from broker.queue import JobQueue
 from broker.store import Store
 from broker.webhooks import WebhookSettings
@@ -20,12 +20,12 @@ class JobResult:
     arrays
         The same as arrays, npz.
     summary
-        A match of a batch in brief.
+        The result in brief, of kinds that have that.
     """
 
     document: bytes | None = None
     arrays: bytes | None = None
-    summary: MatchSummary | None = None
+    summary: Summary | None = None
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,8 @@ from broker.contracts import (
     DeliveryPayload,
     DeliveryState,
     JobRecord,
+    MatchSummary,
+    Summary,
     Webhook,
     WebhookEvent,
 )
@@ -80,7 +82,9 @@ def deliver(payload: DeliveryPayload, context: JobContext) -> None:
     if record is None or record.webhook is None or not _is_due(record):
         store.webhooks.remove(payload.job)
         return
-    outcome = post(record.webhook, _body(record), _headers(record, payload.attempt), settings)
+    (summary,) = store.results.summaries([record.id])
+    body = _body(record, summary)
+    outcome = post(record.webhook, body, _headers(record, payload.attempt), settings)
     delivery = _delivery(outcome, payload.attempt, settings)
     store.webhooks.record(record.id, delivery)
     log.info("webhook", state=delivery.state.value, attempt=payload.attempt, status=outcome.status)
@@ -199,15 +203,16 @@ def _is_due(record: JobRecord) -> bool:
     return record.state.ended and not delivered
 
 
-def _body(record: JobRecord) -> bytes:
+def _body(record: JobRecord, summary: Summary | None) -> bytes:
     event = WebhookEvent.of(
         id=record.id,
-        kind=record.kind.value,
-        state=record.state.value,
+        kind=record.kind,
+        state=record.state,
         created=record.created,
         started=record.started,
         ended=record.ended,
         error=record.error,
+        summary=summary if isinstance(summary, MatchSummary) else None,
     )
     return event.model_dump_json().encode()
 

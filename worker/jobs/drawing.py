@@ -18,7 +18,13 @@ from broker.contracts import (
 from broker.store import Store
 from worker.jobs.archives import stored_prototype
 from worker.jobs.context import JobContext
-from worker.jobs.exports import export_match, export_matrix, export_transfer
+from worker.jobs.exports import (
+    export_consistent_map,
+    export_dense_map,
+    export_match,
+    export_matrix,
+    export_transfer,
+)
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
@@ -80,9 +86,16 @@ def _match(packed: bytes, drawn: JobRecord, payload: PicturePayload, store: Stor
     if payload.specimen is not None:
         assert isinstance(drawn.payload, MatchPayload)
         return export_match_registered(result, drawn.payload, payload.format, store)
+    if payload.pair is not None:
+        return export_dense_map(result, payload.pair)
     if payload.format != "png":
         return export_match(result, payload.format, store)
     return _drawn_match(result, payload, store)
+
+
+def _consistent_map(_: bytes, drawn: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+    assert payload.pair is not None
+    return export_consistent_map(drawn.id, payload.pair, store)
 
 
 _Present = Callable[[bytes, JobRecord, PicturePayload, Store], bytes]
@@ -92,6 +105,7 @@ _PRESENTED: Final[Mapping[JobKind, _Present]] = {
     JobKind.TRANSFER: _transfer,
     JobKind.REGISTRATION: _registration,
     JobKind.MATCH: _match,
+    JobKind.CONSISTENT_MAPS: _consistent_map,
 }
 """Pictures and files of the results of each kind of jobs that has some."""
 

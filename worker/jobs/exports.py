@@ -73,6 +73,44 @@ def export_match(result: MatchResult, file_type: str, store: Store) -> bytes:
     return write_glb([_beside(WrittenSurface.of(source, [ours], "source"), carried), carried])
 
 
+def export_dense_map(result: MatchResult, pair: tuple[int, int]) -> bytes:
+    """Return the map of all vertices of a match as CSV, that of the target for the pair (1, 0).
+
+    Raises
+    ------
+    ResultGone
+        The result has no such map.
+    """
+    dense = result.dense
+    if dense is not None and pair == (0, 1):
+        return _table([("source", "target"), *zip(dense.source, dense.target, strict=True)])
+    inverse = None if dense is None else dense.inverse
+    if inverse is None:
+        raise ResultGone("the result has no map of all vertices; match again with `dense`")
+    return _table([("source", "target"), *zip(inverse.target, inverse.source, strict=True)])
+
+
+def export_consistent_map(job_id: str, pair: tuple[int, int], store: Store) -> bytes:
+    """Return one of the maps of a collection as CSV.
+
+    Raises
+    ------
+    ResultGone
+        The arrays are no longer kept, or the pair is not mapped.
+    """
+    stored = store.results.arrays(job_id)
+    if stored is None:
+        raise ResultGone("the result has expired")
+    with np.load(io.BytesIO(stored), allow_pickle=False) as arrays:
+        name = "map_{}_{}".format(*pair)
+        if name not in arrays:
+            raise ResultGone("the shapes were not mapped")
+        images = arrays[name]
+    mapped = np.flatnonzero(images >= 0)
+    rows = zip(mapped.tolist(), images[mapped].tolist(), strict=True)
+    return _table([("source", "target"), *rows])
+
+
 def export_transfer(result: TransferResult, job_id: str, file_type: str, store: Store) -> bytes:
     """Return carried attributes as CSV, or with the surface that they were carried to.
 

@@ -125,8 +125,10 @@ def summary_of(result: MatchResult) -> MatchSummary:
         confidence=result.confidence,
         distortion=result.distortion,
         energy=result.energy,
+        gap=result.gap,
         certified=result.certified,
         dense=result.dense is not None,
+        warnings=result.warnings,
     )
 
 

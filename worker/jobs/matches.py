@@ -95,11 +95,11 @@ def match(payload: MatchPayload, context: JobContext) -> JobResult:
     timings = dict(result.timings)
     timings["spectra"] = timings.get("spectra", 0.0) + loaded - start
     timings["total"] = time.perf_counter() - start
-    named = {"timings": timings, **_subjects(payload, context.store)}
+    named = {"job": context.record.id, "timings": timings, **_subjects(payload, context.store)}
     return JobResult(
         result.model_copy(update=named).model_dump_json().encode(),
         arrays_of(result),
-        None if context.record.batch is None else summary_of(result),
+        summary_of(result),
     )
 
 

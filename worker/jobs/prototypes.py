@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from broker.contracts import ExampleReport, PrototypePayload, PrototypeResult
+from broker.contracts import ExampleReport, PrototypePayload, PrototypeResult, PrototypeSummary
 from solver.control import Control
 from solver.errors import OptionError
 from solver.prototype import (
@@ -79,12 +79,15 @@ def learn(payload: PrototypePayload, context: JobContext) -> JobResult:
             f"the same prototype is known already, as version {stored.version} of {stored.name!r}"
         )
     result = PrototypeResult(
+        job=context.record.id,
         prototype=stored,
         parameters=payload.parameters,
         warnings=tuple(warnings),
         timings=reporter.seconds() | {TOTAL: time.perf_counter() - start},
     )
-    return JobResult(result.model_dump_json().encode())
+    return JobResult(
+        result.model_dump_json().encode(), summary=PrototypeSummary(prototype=stored.id)
+    )
 
 
 def _load(payload: PrototypePayload, context: JobContext, control: Control) -> list[Shape]:

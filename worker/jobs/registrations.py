@@ -99,7 +99,7 @@ def register(payload: RegistrationPayload, context: JobContext) -> JobResult:
     arrays = _arrays(template.mesh, statistics, positions, shapes)
     result = _result(payload, template.mesh, found, names, statistics)
     timings = reporter.seconds() | {TOTAL: time.perf_counter() - start}
-    added = {"template_name": template_name, "timings": timings}
+    added = {"job": context.record.id, "template_name": template_name, "timings": timings}
     return JobResult(result.model_copy(update=added).model_dump_json().encode(), arrays)
 
 

@@ -87,6 +87,7 @@ def carry(payload: TransferPayload, context: JobContext) -> JobResult:
     # The map of an alternative is not that of the answer, which confidence is of.
     confidence = match.confidence if dense.hypothesis == 0 else None
     result = TransferResult(
+        job=context.record.id,
         match=payload.match,
         source=payload.source,
         target=payload.target,

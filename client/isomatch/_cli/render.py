@@ -288,7 +288,7 @@ def _print_kind(kind: str, structures: Iterable[Structure], console: Console) ->
 def _parameter(parameter: StructureParameter) -> str:
     value = parameter.default
     default = f"{value[0]:.2g},...,{value[-1]:.2g}" if isinstance(value, tuple) else f"{value:g}"
-    unit = f" ({parameter.unit})" if parameter.unit else ""
+    unit = f" ({parameter.unit})" if parameter.unit in ("length", "area") else ""
     return f"{parameter.name}={default}{unit}"
 
 

@@ -2,7 +2,7 @@
 
 from datetime import datetime
 
-from isomatch._models import JobRecord, JobState, JobWebhook, Progress
+from isomatch._models import JobRecord, JobState, JobWebhook, MatchSummary, Progress
 from isomatch._problem import Problem
 
 
@@ -65,8 +65,13 @@ class RecordedJob:
 
     @property
     def prototype(self) -> str | None:
-        """Id of the prototype that is matched or was uploaded; None without one."""
+        """Id of the prototype that is matched, or was uploaded or learned; None without one."""
         return self._record.prototype
+
+    @property
+    def summary(self) -> MatchSummary | None:
+        """The answer of a match in brief, without its result; None before and for other kinds."""
+        return self._record.summary
 
     @property
     def name(self) -> str | None:

@@ -17,6 +17,7 @@ from isomatch._models.correspondences import (
     SampleProof,
 )
 from isomatch._models.job import JobRecord, JobState, JobWebhook, Progress
+from isomatch._models.match_summary import MatchSummary
 from isomatch._models.parameters import (
     DissimilarityParameters,
     MatchParameters,
@@ -48,6 +49,7 @@ __all__ = [
     "JobWebhook",
     "Level",
     "MatchParameters",
+    "MatchSummary",
     "Overlap",
     "Page",
     "Progress",

@@ -72,7 +72,11 @@ class SurfacePoint(Answer):
         Vertex indices of the triangle's corners in the shape's file.
     weights
         Barycentric coordinates, of sum 1.
+    position
+        Where it is, in the coordinates of the shape's file; None in results of earlier versions,
+        and of a point that was given.
     """
 
     vertices: Annotated[tuple[int, ...], Field(min_length=3, max_length=3)]
     weights: Annotated[tuple[FiniteFloat, ...], Field(min_length=3, max_length=3)]
+    position: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = None

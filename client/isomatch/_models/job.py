@@ -6,6 +6,7 @@ from typing import Literal, TypeAlias
 from pydantic import FiniteFloat
 
 from isomatch._models.answer import Answer
+from isomatch._models.match_summary import MatchSummary
 from isomatch._problem import Problem
 
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
@@ -62,6 +63,7 @@ class JobRecord(Answer):
     shapes: tuple[str, ...] = ()
     shape_count: int = 0
     prototype: str | None = None
+    summary: MatchSummary | None = None
     name: str | None = None
     names: tuple[str | None, ...] = ()
     progress: Progress

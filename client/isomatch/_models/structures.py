@@ -34,7 +34,7 @@ class StructureParameter(Answer):
     minimum, maximum
         Its range, ends included.
     unit
-        ``"length"``, ``"area"``, or nothing.
+        ``"length"``, ``"area"``, or ``"1"`` (of earlier services empty) without a unit.
     """
 
     name: str

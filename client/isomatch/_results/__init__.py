@@ -2,7 +2,7 @@
 
 from isomatch._results.array_result import ArrayResult
 from isomatch._results.array_transfer import KINDS, Direction, Element, TransferKind
-from isomatch._results.batch import Batch, BatchMatch, BatchProgress, MatchSummary
+from isomatch._results.batch import Batch, BatchMatch, BatchProgress
 from isomatch._results.consistent_maps import CollectionPair, CollectionShape, ConsistentMaps
 from isomatch._results.dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._results.geometry import Geometry
@@ -32,7 +32,6 @@ __all__ = [
     "Geometry",
     "LearnedPrototype",
     "Match",
-    "MatchSummary",
     "PartialDissimilarities",
     "PrincipalComponent",
     "Prototype",

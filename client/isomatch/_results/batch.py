@@ -5,31 +5,13 @@ from typing import TYPE_CHECKING
 
 from pydantic import FiniteFloat
 
-from isomatch._models import Answer, Confidence, Distortion, JobState, MatchParameters
+from isomatch._models import Answer, JobState, MatchParameters, MatchSummary
 from isomatch._problem import Problem
 from isomatch._results.result_document import Drawable, Result
 from isomatch._results.summary import called, screen
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
-
-
-class MatchSummary(Answer):
-    """A match of a batch in brief; :class:`isomatch.Match` documents the fields.
-
-    Attributes
-    ----------
-    confidence, distortion, energy, certified
-        As in the match.
-    dense
-        Whether it has a map of all vertices.
-    """
-
-    confidence: Confidence | None
-    distortion: Distortion
-    energy: FiniteFloat
-    certified: bool
-    dense: bool
 
 
 class BatchMatch(Answer):

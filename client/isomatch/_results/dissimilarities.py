@@ -147,8 +147,8 @@ class PartialDissimilarities(Answer):
     ----------
     job, state
         Id and state of the job.
-    shapes, labels
-        Ids of the shapes, and their labels or None.
+    shapes, names, labels
+        Ids of the shapes, the names that were given them, and their labels; each may be None.
     pairs, pairs_done
         Number of pairs of shapes, and of those whose dissimilarity is known.
     matrix
@@ -160,6 +160,7 @@ class PartialDissimilarities(Answer):
     job: str
     state: JobState
     shapes: tuple[str, ...]
+    names: tuple[str | None, ...] | None = None
     labels: tuple[str, ...] | None
     pairs: int
     pairs_done: int

@@ -47,7 +47,16 @@ class DrawableSource:
 
 
 class Result(Answer):
-    """A result document of the service, with its contents as typed values."""
+    """A result document of the service, with its contents as typed values.
+
+    Attributes
+    ----------
+    kind, job
+        Kind and id of the job; None in results of earlier versions.
+    """
+
+    kind: str | None = None
+    job: str | None = None
 
     _document: bytes | None = PrivateAttr(default=None)
     _drawables: DrawableSource = PrivateAttr(default=DrawableSource())

@@ -1,13 +1,14 @@
 """The OpenAPI document: FastAPI's, with problem documents, authentication, examples and links."""
 
 import json
-from typing import Any
+from typing import Any, Final
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from broker.contracts import Problem
 from service.http.openapi.examples import illustrate
+from service.http.openapi.headers import declare_headers
 from service.http.problem_documents import responses
 from service.http.problems import ApiProblem, CrossSiteRequest, MisdirectedRequest, Unauthorized
 from service.http.same_origin import SAFE_METHODS
@@ -33,6 +34,22 @@ Every error is answered with a problem document, `application/problem+json` (RFC
 """
 
 
+TAGS: Final[dict[str, str]] = {
+    "shapes": "Uploaded meshes and point clouds.",
+    "structures": "Metrics and descriptors that can be chosen.",
+    "matches": "Correspondences of two shapes, or of a prototype and a shape.",
+    "batches": "One source matched with many targets.",
+    "transfers": "Attributes, landmarks and textures carried along a match, and attribute files.",
+    "dissimilarities": "Collections of shapes, all compared with all.",
+    "registrations": "A template registered to specimens.",
+    "consistent maps": "Maps between all shapes of a collection that agree with one another.",
+    "prototypes": "Prototypes of classes of shapes.",
+    "jobs": "States, results and files of jobs.",
+    "health": "Probes.",
+}
+"""Descriptions of the tags."""
+
+
 def document(app: FastAPI) -> dict[str, Any]:
     """Return the OpenAPI document of the application."""
     schema = get_openapi(
@@ -42,11 +59,13 @@ def document(app: FastAPI) -> dict[str, Any]:
         description=DESCRIPTION,
         routes=app.routes,
         webhooks=app.webhooks.routes,
+        tags=[{"name": name, "description": text} for name, text in TAGS.items()],
         license_info={"name": "MIT", "identifier": "MIT"},
     )
     components = schema.setdefault("components", {}).setdefault("schemas", {})
-    # All errors are problem documents; FastAPI's own schemas describe answers never sent.
-    for unused in ("HTTPValidationError", "ValidationError"):
+    # All errors are problem documents; FastAPI's own schemas describe answers never sent. The
+    # unknown structures only make errors short.
+    for unused in ("HTTPValidationError", "ValidationError", "UnknownMetric", "UnknownDescriptor"):
         components.pop(unused, None)
     problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
     components |= problem.pop("$defs", {})
@@ -57,7 +76,9 @@ def document(app: FastAPI) -> dict[str, Any]:
     _mark_files(components)
     _close_forms(components)
     _require_keys(schema)
+    declare_headers(schema)
     illustrate(schema)
+    _whole_bounds(schema)
     schema["components"]["schemas"] = dict(sorted(components.items()))
     return schema
 
@@ -92,6 +113,20 @@ def _mark_files(node: Any) -> None:
     elif isinstance(node, list):
         for child in node:
             _mark_files(child)
+
+
+def _whole_bounds(node: Any) -> None:
+    # FastAPI writes the bounds of integers as 256.0.
+    if isinstance(node, dict):
+        if node.get("type") == "integer":
+            for bound in ("minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"):
+                if bound in node:
+                    node[bound] = int(node[bound])
+        for child in node.values():
+            _whole_bounds(child)
+    elif isinstance(node, list):
+        for child in node:
+            _whole_bounds(child)
 
 
 def _close_forms(components: dict[str, Any]) -> None:

@@ -49,12 +49,30 @@ LINKS: Final[dict[tuple[str, str], dict[str, dict[str, str]]]] = {
 
 def illustrate(schema: dict[str, Any]) -> None:
     """Put the examples and the links into an OpenAPI document."""
+    components = schema["components"]["schemas"]
+    for shown in components.values():
+        for example in shown.get("examples", ()):
+            _restore_nulls(example, shown, components)
     for calls in schema["paths"].values():
         for call in calls.values():
             _show_parameters(call)
             _show_body(call)
             for status, answer in call["responses"].items():
                 _show_answer(call["operationId"], status, answer)
+
+
+def _restore_nulls(value: Any, schema: dict[str, Any], components: dict[str, Any]) -> None:
+    """Put nulls into the example of a schema, from which FastAPI drops them."""
+    given = [one for one in schema.get("anyOf", [schema]) if one.get("type") != "null"]
+    name = given[0].get("$ref", "").rpartition("/")[2]
+    known = components.get(name, given[0])
+    if not isinstance(value, dict) or "properties" not in known:
+        return
+    for field in known.get("required", ()):
+        value.setdefault(field, None)
+    for field, part in known["properties"].items():
+        if field in value:
+            _restore_nulls(value[field], part, components)
 
 
 def _show_parameters(call: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.parameters import parameter
 from solver.shape.choices.choice import Invariance, Structure, chosen
-from solver.shape.choices.metrics import GREATEST
+from solver.shape.choices.metrics import GREATEST, LEAST
 
 HEAT_TIMES = tuple(np.geomspace(np.log(10.0) / (100.0 * np.pi), 1.0, 32).round(12).tolist())
 """Time scales of the heat kernel signature on a surface of unit area. They begin at 4 ln 10 / λ,
@@ -67,7 +67,7 @@ class GeodesicHistogram(DescriptorChoice):
     remarks = "Not changed at points farther from a change of topology than the radius."
 
     radius: float | None = parameter(
-        0.3, "Radius r of the disc.", least=1.0 / GREATEST, most=GREATEST, unit="length"
+        0.3, "Radius r of the disc.", least=LEAST, most=GREATEST, unit="length"
     )
     bins: int = parameter(8, "Number B of annuli.", least=1, most=64)
 
@@ -139,7 +139,7 @@ class HeatKernelSignature(DescriptorChoice):
     times: tuple[float, ...] | None = parameter(
         HEAT_TIMES,
         "Times t_1, ..., t_n.",
-        least=1.0 / GREATEST,
+        least=LEAST,
         most=GREATEST,
         unit="area",
         longest=128,

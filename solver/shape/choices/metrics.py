@@ -24,8 +24,8 @@ The less, the closer to geodesic distances, as long as h_t is known: for points 
 is exp(-d²/4t) times its value at either, 10⁻⁹ at d = 2, which a spectrum still resolves.
 """
 
-GREATEST = 1e30
-"""Bound of lengths and areas, and of their inverses."""
+GREATEST, LEAST = 1e30, 1e-30
+"""Bounds of lengths and areas."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Diffusion(MetricChoice):
     time: float | None = parameter(
         DIFFUSION_TIME,
         "Time t: heat spreads as far as 2√t.",
-        least=1.0 / GREATEST,
+        least=LEAST,
         most=GREATEST,
         unit="area",
     )
@@ -101,7 +101,7 @@ class Varadhan(MetricChoice):
     spectral = True
 
     time: float | None = parameter(
-        VARADHAN_TIME, "Time t.", least=1.0 / GREATEST, most=GREATEST, unit="area"
+        VARADHAN_TIME, "Time t.", least=LEAST, most=GREATEST, unit="area"
     )
 
 

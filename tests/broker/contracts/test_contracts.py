@@ -161,3 +161,12 @@ def test_descriptors_have_eigenpairs_enough(weight: float, size: int) -> None:
 )
 def test_file_types(filename: str, file_type: str | None) -> None:
     assert file_type_of(filename) == file_type
+
+
+def test_integers_may_be_written_with_a_fraction_of_zero() -> None:
+    found = MatchParameters.model_validate({"points": 8.0, "beta": 2.0, "landmarks": [[5.0, 7]]})
+    assert found.landmarks == ((5, 7),)
+    assert (found.points, type(found.points), found.beta) == (8, int, 2.0)
+    for wrong in (8.5, "8", True, math.inf, math.nan):
+        with pytest.raises(ValidationError):
+            MatchParameters.model_validate({"points": wrong})

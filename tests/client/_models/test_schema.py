@@ -91,9 +91,9 @@ def answer(method: str, path: str, status: str = "200") -> Schema:
 
 def result_of(kind: str) -> Schema:
     """One of the forms a result may have."""
-    options = answer("get", "/v1/jobs/{}/result")["anyOf"]
-    (chosen,) = (option for option in options if option["$ref"].endswith(f"/{kind}"))
-    return dereferenced(chosen, OPENAPI)
+    mapping = answer("get", "/v1/jobs/{}/result")["discriminator"]["mapping"]
+    (chosen,) = (one for one in mapping.values() if one.endswith(f"/{kind}"))
+    return dereferenced({"$ref": chosen}, OPENAPI)
 
 
 def body_of(path: str) -> Schema:

@@ -88,6 +88,14 @@ def test_arrays_are_the_true_maps_of_the_pairs(
     ids, vertices = given
     with np.load(io.BytesIO(http.get(job["links"]["arrays"]).content)) as arrays:
         found = dict(arrays)
+    assert result["job"] == job["id"]
+    table = http.get(job["links"]["map"], params={"source": 2, "target": 1})
+    rows = np.loadtxt(io.StringIO(table.text), dtype=int, delimiter=",", skiprows=1)
+    vertex = np.flatnonzero(found["map_2_1"] >= 0)
+    np.testing.assert_array_equal(rows, np.column_stack([vertex, found["map_2_1"][vertex]]))
+    # The first shape could not be mapped.
+    refused = problem(http.get(job["links"]["map"]), 409, "job-without-result")
+    assert "registered" in refused["detail"]
     assert found.pop("shapes").tolist() == ids
     mapped = [
         pair
@@ -161,7 +169,7 @@ def test_shapes_deleted_before_a_job_runs_are_named_and_other_jobs_go_on(
     assert failed["state"] == "failed"
     assert failed["error"]["type"].endswith("shape-deleted")
     assert gone[0] in failed["error"]["detail"]
-    problem(http.get(failed["links"]["result"]), 409, "job-without-result")
+    problem(http.get(f"/v1/jobs/{failed['id']}/result"), 409, "job-without-result")
     partly = ended(http, partial)
     assert partly["state"] == "succeeded", partly
     found = http.get(partly["links"]["result"]).json()

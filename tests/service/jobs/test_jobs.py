@@ -12,7 +12,7 @@ import pytest
 from rq.utils import now, utcformat
 from rq.worker_registration import REDIS_WORKER_KEYS
 
-from broker.contracts import JobKind, MatchResult, PicturePayload
+from broker.contracts import JobKind, MatchResult, MatchSummary, PicturePayload
 from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import WORKERS, Api, Json, idle_api, problem, put_shapes
@@ -76,6 +76,13 @@ def test_the_way_of_a_match(http: httpx2.Client, shapes: Shapes) -> None:
     assert len(result.correspondences) == 8
     assert all(0 <= pair.source < 642 for pair in result.correspondences)
     assert result.timings["total"] > 0
+    assert (result.kind, result.job) == ("match", job["id"])
+    summary = MatchSummary.model_validate(done["summary"])
+    assert summary.confidence == result.confidence
+    assert (summary.energy, summary.gap) == (result.energy, result.gap)
+    assert summary.warnings == result.warnings
+    (listed,) = (one for one in http.get("/v1/jobs").json()["items"] if one["id"] == job["id"])
+    assert listed["summary"] == done["summary"]
 
 
 def test_a_result_is_compressed_for_those_who_can(http: httpx2.Client, shapes: Shapes) -> None:
@@ -229,6 +236,7 @@ def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:
     assert [wait(http, job, 0)["position"] for job in jobs] == [None, 0, 1]
     assert wait(http, jobs[0], 0)["waiting_for"] is None
     assert http.delete(jobs[0]["links"]["self"]).json() == answer.json()
+    assert wait(http, jobs[0], 0)["links"]["result"] is None
     problem(http.get(jobs[0]["links"]["result"]), 409, "job-without-result")
     problem(http.get(jobs[1]["links"]["result"]), 409, "result-not-ready")
     problem(http.get(jobs[1]["links"]["picture"]), 409, "result-not-ready")
@@ -308,7 +316,10 @@ def test_a_failed_job_says_why(http: httpx2.Client, upload: Upload, shapes: Shap
     assert "landmarks" in job["error"]["detail"]
     (error,) = job["error"]["errors"]
     assert error["field"].startswith("body.landmarks")
-    refused = problem(http.get(job["links"]["result"]), 409, "job-without-result")
+    assert job["links"]["result"] is job["links"]["picture"] is job["links"]["arrays"] is None
+    assert job["links"]["exports"] == job["links"]["registered"] == []
+    assert job["summary"] is None
+    refused = problem(http.get(f"/v1/jobs/{job['id']}/result"), 409, "job-without-result")
     assert job["error"]["detail"] in refused["detail"]
 
 

@@ -60,7 +60,9 @@ def test_the_job_shows_how_its_webhook_is(http: httpx2.Client, api: Api) -> None
             JobQueue(api.store, QueueSettings()), "me", WebhookSettings.model_validate(NETWORKS)
         ).run(attempt)
         (request,) = receiver.received
-    assert json.loads(request.body)["job"]["id"] == job["id"]
+    told = json.loads(request.body)["job"]
+    assert (told["id"], told["kind"], told["state"]) == (job["id"], job["kind"], "cancelled")
+    assert told["summary"] is None
     assert request.path == "/hook?token=x"
     shown = http.get(job["links"]["self"]).json()["webhook"]
     assert (shown["state"], shown["attempts"], shown["status"]) == ("delivered", 1, 204)

@@ -1,5 +1,6 @@
 """Dense maps and landmarks, through the whole chain: in the numbers of the users' own files."""
 
+import csv
 import io
 from collections.abc import Callable
 
@@ -43,6 +44,32 @@ def test_a_dense_map(http: httpx2.Client, pair: tuple[str, str]) -> None:
     assert arrays["inverse_faces"].shape == arrays["inverse_barycentric"].shape == (len(TRUTH), 3)
     np.testing.assert_array_equal(arrays["target"], TRUTH[arrays["source"]])
     assert http.get(link + ".png").status_code == 200
+    registered = [f"{job['links']['self']}/registered.{one}" for one in ("ply", "obj", "glb")]
+    assert job["links"]["registered"] == registered
+    assert http.get(registered[0]).content.startswith(b"ply")
+    for query, sources, targets in (
+        ({}, found["source"], found["target"]),
+        ({"source": 1, "target": 0}, found["inverse"]["target"], found["inverse"]["source"]),
+    ):
+        table = http.get(job["links"]["map"], params=query)
+        assert table.headers["content-type"].startswith("text/csv")
+        header, *rows = csv.reader(io.StringIO(table.text))
+        assert header == ["source", "target"]
+        assert [[int(value) for value in row] for row in rows] == [
+            [vertex, image] for vertex, image in zip(sources, targets, strict=True)
+        ]
+    for query, field in (({"target": 0}, "query.target"), ({"source": 2}, "query.source")):
+        refused = problem(http.get(job["links"]["map"], params=query), 422, "invalid-request")
+        assert refused["errors"][0]["field"] == field
+
+
+def test_only_a_dense_match_has_a_table_of_its_map(
+    http: httpx2.Client, pair: tuple[str, str]
+) -> None:
+    job = matched(http, pair, points=12)
+    assert job["links"]["map"] is None
+    assert job["links"]["registered"] == []
+    problem(http.get(f"{job['links']['self']}/map.csv"), 409, "job-without-result")
 
 
 def test_of_a_component_and_simplified(http: httpx2.Client, upload: Upload) -> None:

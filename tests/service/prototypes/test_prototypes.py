@@ -41,6 +41,7 @@ def learn(http: httpx2.Client, body: Json) -> PrototypeResult:
     job: Json = http.get(asked.json()["links"]["self"], params={"wait": 60}).json()
     assert job["state"] == "succeeded", job["error"]
     assert job["kind"] == "prototype"
+    assert job["links"]["resource"] == f"/v1/prototypes/{job['prototype']}"
     return PrototypeResult.model_validate_json(http.get(job["links"]["result"]).content)
 
 

@@ -261,6 +261,9 @@ def test_landmarks(http: httpx2.Client, match: str) -> None:
     shares = dict(zip(second["vertices"], second["weights"], strict=True))
     found = [shares[vertex] for vertex in TRUTH[corners].tolist()]
     np.testing.assert_allclose(found, [0.2, 0.3, 0.5], atol=1e-2)
+    for one in first, second:
+        place = one["weights"] @ OTHER.vertices[one["vertices"]]
+        np.testing.assert_allclose(one["position"], place, atol=1e-5)
     assert http.get(job["links"]["exports"][0]).text.count("\n") == 3
     for ending in ("ply", "obj", "glb", "zip"):
         refused = problem(export(http, job, ending), 409, "job-without-result")

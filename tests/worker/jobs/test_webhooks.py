@@ -19,11 +19,13 @@ import trustme
 from broker.contracts import (
     DeliveryPayload,
     DeliveryState,
+    Distortion,
     JobKind,
     JobRecord,
     JobState,
     MatchParameters,
     MatchPayload,
+    MatchSummary,
     Problem,
     ProblemType,
     RequestOrigin,
@@ -53,6 +55,17 @@ def receiver() -> Iterator[Receiver]:
         yield receiver
 
 
+SUMMARY = MatchSummary(
+    confidence=None,
+    distortion=Distortion(first_order=None, second_order=0.5, linf=0.2),
+    energy=0.5,
+    gap=0.0,
+    certified=True,
+    dense=False,
+    warnings=("looks odd",),
+)
+
+
 def asked(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
     """Queue a match with a webhook."""
     payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
@@ -64,7 +77,7 @@ def ended(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
     """Have it succeed."""
     job = asked(queue, url, secret)
     assert queue.store.jobs.claim(job, "me")
-    assert queue.store.jobs.succeed(job, "me", b"{}")
+    assert queue.store.jobs.succeed(job, "me", b"{}", summary=SUMMARY)
     return job
 
 
@@ -119,6 +132,7 @@ def test_a_webhook_is_delivered_once_and_signed(queue: JobQueue, receiver: Recei
     assert request.headers["x-request-id"] == "the-request"
     event = json.loads(request.body)
     assert event["type"] == "job.ended"
+    assert MatchSummary.model_validate(event["job"].pop("summary")) == SUMMARY
     assert record.started is not None
     assert record.ended is not None
     assert event["job"] == {
