@@ -118,6 +118,7 @@ def _option(options: type[ParameterSet], name: str) -> str:
     arguments.append(f"description={literal(text)}")
     if written in _EXAMPLES:
         arguments.append(f"examples={_EXAMPLES[written]!r}")
+    written = _listed(written, known)
     if optional:
         written += " | None"
     return f"{name}: Annotated[{written}, Topic({known.topic!r})] = Field({', '.join(arguments)})"
@@ -166,7 +167,7 @@ def _structure_parameter(kind: type[Structure], name: str) -> str:
     limits = _limits(known)
     if known.longest:
         item = ", ".join(_range(known))
-        written = f"tuple[Annotated[float, Field({item})], ...]"
+        written = _listed(f"tuple[Annotated[float, Field({item})], ...]", known)
     default = "None" if known.scales else repr(known.default)
     arguments = [f"default={default}", *limits, f"description={literal(_with_default(known))}"]
     return f"{name}: {written}{' | None' if optional else ''} = Field({', '.join(arguments)})"
@@ -197,11 +198,16 @@ def _annotation(owner: type[ParameterSet], name: str) -> tuple[str, bool]:
     return _TYPES[hint], known.optional
 
 
+def _listed(written: str, known: Parameter) -> str:
+    """Type of a parameter with the bounds of its length, if it is a list."""
+    if not known.longest:
+        return written
+    least = 0 if known.most is None else 1
+    return f"Annotated[{written}, Items({least}, {known.longest})]"
+
+
 def _limits(known: Parameter) -> list[str]:
-    if known.longest:
-        least = [] if known.most is None else ["min_length=1"]
-        return [*least, f"max_length={known.longest}", "strict=False", "fail_fast=True"]
-    return _range(known)
+    return [] if known.longest else _range(known)
 
 
 def _range(known: Parameter) -> list[str]:
@@ -263,6 +269,7 @@ from pydantic import ConfigDict, Field, Tag
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import TypeAliasType
 
+from broker.contracts.strict import Items
 from broker.contracts.structures import (
     LEVELS,
     NAME,
@@ -283,7 +290,7 @@ from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import Field
 
-from broker.contracts.strict import StrictModel, Topic
+from broker.contracts.strict import Items, StrictModel, Topic
 from broker.contracts.structure_choices import (
     Descriptor,
     DescriptorByLevel,

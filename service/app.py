@@ -38,6 +38,8 @@ from service.dependencies import Service
 from service.http import (
     Authentication,
     BodyLimit,
+    Compression,
+    CrossOrigin,
     HeadLikeGet,
     KeyRing,
     RequestContext,
@@ -87,6 +89,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         dependencies=[Depends(known_parameters)],
     )
     error_handlers.install(app)
+    app.add_middleware(Compression)
     app.add_middleware(HeadLikeGet, routes=app.router.routes)
     app.add_middleware(
         Authentication, keys=ring, hosts=(settings.host.lower(), *settings.allowed_hosts)
@@ -103,6 +106,8 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
+    if settings.cors_origins:
+        app.add_middleware(CrossOrigin, keys=ring, origins=settings.cors_origins)
     app.add_middleware(ResponseHeaders)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
     app.webhooks.include_router(jobs.webhooks_router)

@@ -61,8 +61,7 @@ def one_for_each(what: str, others: str) -> Callable[[ListT, ValidationInfo], Li
         items = info.data.get(f"{others}s")
         if given is not None and items is not None and len(given) != len(items):
             raise ValueError(
-                f"Input should have a {what} for each {others}: there are {len(given)} {what}s and"
-                f" {len(items)} {others}s"
+                f"Input should have a {what} for each {others}: {len(items)}, not {len(given)}"
             )
         return given
 

@@ -9,7 +9,7 @@ from broker.environment import FROM_ENVIRONMENT, LogLevel
 from broker.queue import QueueSettings
 from broker.store import StoreSettings
 from broker.webhooks import WebhookSettings
-from service.http import ApiKeys, Auth, Hosts
+from service.http import ApiKeys, Auth, Hosts, Origins
 
 
 class Settings(StoreSettings, QueueSettings, WebhookSettings):
@@ -75,6 +75,12 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         " that of a proxy, separated by commas. It always answers to IP addresses, names that"
         " public DNS does not have, and ISOMATCH_HOST.",
     )
+    cors_origins: Origins = Field(
+        default=(),
+        description="Origins of web pages that may call the API with a key (CORS), such as"
+        " https://app.example.org, separated by commas. Without API keys no page of another site"
+        " may.",
+    )
     idempotency_ttl: int = Field(
         default=86400, ge=1, description="Seconds an Idempotency-Key is remembered."
     )
@@ -96,6 +102,13 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         if auth == "none" and info.data.get("api_keys"):
             raise ValueError("none, but ISOMATCH_API_KEYS has keys; unset one of them")
         return auth
+
+    @field_validator("cors_origins")
+    @classmethod
+    def _with_keys(cls, origins: Origins, info: ValidationInfo) -> Origins:
+        if origins and info.data.get("auth") == "none":
+            raise ValueError("pages of other sites need API keys; set ISOMATCH_AUTH=keys")
+        return origins
 
     @property
     def worker_count(self) -> int:

@@ -10,9 +10,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, BinaryIO, Final, Generic
 
-from fastapi import Depends, Form, Request, Response, UploadFile
+from fastapi import Depends, Form, Query, Request, Response, UploadFile
 from pydantic import AfterValidator, BaseModel
 from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile as FormFile
 
 from broker.contracts import (
     FieldProblem,
@@ -42,10 +43,12 @@ from service.http import (
     UnsupportedFormat,
     UploadCancelled,
     UploadTooLarge,
+    media_type,
     responses,
+    sent_as,
     short,
 )
-from service.jobs import IdempotencyKey, Job
+from service.jobs import LONGEST_WAIT, IdempotencyKey, Job
 from service.names import LONGEST, base_name, showable
 from service.records import RecordKind, RecordT
 
@@ -58,6 +61,19 @@ UploadName = Annotated[
 log = logger("isomatch.api")
 
 _PARTS: Final = ("file", "name")
+
+_FORM: Final = "multipart/form-data"
+
+_ENDINGS: Final = {
+    "model/gltf-binary": "glb",
+    "model/gltf+json": "gltf",
+    "text/csv": "csv",
+    "application/zip": "zip",
+}
+"""Endings of files by their media types, besides those of the same name, such as model/obj."""
+
+_GZIP: Final = b"\x1f\x8b"
+"""First bytes of a file in gzip, which none of the formats begins with."""
 
 _PLACE_INTERVAL: Final = 0.25
 """Seconds after which an upload that found no place looks again."""
@@ -85,6 +101,8 @@ async def _wait_for_place(context: CallContext, job: JobRecord, seconds: float) 
 
 
 async def _known_parts_once(request: Request) -> None:
+    if media_type(request.headers.get("content-type")) not in ("", _FORM):
+        raise UnsupportedFormat(sent_as(request, f"send {_FORM} with the file as its part `file`"))
     form = await request.form()
     wrong = {
         name: "The form has several parts of this name; send one"
@@ -99,10 +117,21 @@ async def _known_parts_once(request: Request) -> None:
             INVALID,
             tuple(FieldProblem(field=short(f"body.{name}"), message=text) for name, text in named),
         )
+    await _refuse_gzip(form.get("file"))
+
+
+async def _refuse_gzip(file: object) -> None:
+    if not isinstance(file, FormFile):
+        return
+    start = await file.read(len(_GZIP))
+    await file.seek(0)
+    if start == _GZIP:
+        raise _unsupported("The file is compressed by gzip; unpack it, and send what is in it.")
 
 
 KnownPartsOnce: Final = Depends(_known_parts_once)
-"""Refuses a form with other parts, or with a part twice: what they are for would be ignored."""
+"""Refuses a body that is no form, a form with other parts, or with a part twice (what they are for
+would be ignored), and a file in gzip."""
 
 
 def name_and_type(
@@ -110,19 +139,28 @@ def name_and_type(
 ) -> tuple[str, str]:
     """Return the name of an upload, by default that of its file, and the type of the file.
 
+    The type is that of the file's name, else of the name of the upload, else of the part's
+    ``Content-Type``: programs call files that have no name "blob".
+
     Raises
     ------
     UnsupportedFormat
         The type is not one of `types`, which `type_of` returns for the name of a file.
     """
     filename = base_name(file.filename or "")
-    file_type = type_of(filename)
+    sent = media_type(file.content_type)
+    by_type = "file." + _ENDINGS.get(sent, sent.removeprefix("model/"))
+    given = filter(None, map(type_of, (filename, name or "", by_type)))
+    file_type = next(given, None)
     if file_type is None:
-        raise UnsupportedFormat(
-            f"The file name {filename[:100]!r} ends in no supported format; use one of"
-            f" {', '.join('.' + ending for ending in types)}."
-        )
+        endings = ", ".join("." + ending for ending in types)
+        ends = f"The file name {filename[:100]!r} ends in no supported format"
+        raise _unsupported(f"{ends}; use one of {endings}.")
     return (name or "").strip() or filename[:LONGEST], file_type
+
+
+def _unsupported(detail: str) -> UnsupportedFormat:
+    return UnsupportedFormat(detail, (FieldProblem(field="body.file", message=detail),))
 
 
 @dataclass(frozen=True)
@@ -130,6 +168,16 @@ class UploadContext(CallContext):
     """The request that sends an upload, and the service that receives it."""
 
     key: IdempotencyKey = None
+    wait: Annotated[
+        float | None,
+        Query(
+            ge=0,
+            le=LONGEST_WAIT,
+            allow_inf_nan=False,
+            description="Seconds to wait for the validation, after which the answer is 202;"
+            " default: those of the service, 30.",
+        ),
+    ] = None
 
 
 UploadContextOf = Annotated[UploadContext, Depends()]
@@ -208,6 +256,7 @@ class UploadKind(Generic[RecordT]):
                 *further,
                 InvalidRequest,
                 UploadTooLarge,
+                UnsupportedFormat,
                 BadRequest,
                 BodyStalled,
                 EncodedBody,
@@ -252,7 +301,8 @@ class UploadKind(Generic[RecordT]):
         service = context.service
         if file.size is not None and file.size > service.settings.max_upload_bytes:
             raise UploadTooLarge.over(service.settings.max_upload_bytes)
-        seconds, refused = service.settings.validation_wait, None
+        seconds = service.settings.validation_wait if context.wait is None else context.wait
+        refused = None
         try:
             accepted = await self._accept(context, file, describe)
         except TooManyQueued as error:

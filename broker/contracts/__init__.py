@@ -49,7 +49,7 @@ from broker.contracts.parameters import (
     PrototypeParameters,
     PrototypeStructures,
 )
-from broker.contracts.problems import URN, FieldProblem, Problem, ProblemType
+from broker.contracts.problems import URN, FieldProblem, Problem, ProblemType, json_pointer
 from broker.contracts.prototypes import (
     ARCHIVE_TYPE,
     MOST_EXAMPLES,
@@ -101,7 +101,7 @@ from broker.contracts.spectra import (
     SpectrumParameters,
     spectrum_key,
 )
-from broker.contracts.strict import BoundedModel, integral
+from broker.contracts.strict import BoundedModel, Items, integral
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
@@ -186,6 +186,7 @@ __all__ = [
     "GromovHausdorff",
     "IdempotencyRecord",
     "InverseCorrespondence",
+    "Items",
     "JobKind",
     "JobRecord",
     "JobState",
@@ -245,6 +246,7 @@ __all__ = [
     "file_type_of",
     "integral",
     "is_prototype",
+    "json_pointer",
     "maps_vertices",
     "no_alternative",
     "prototype_id",

@@ -6,10 +6,10 @@ INRIA RR-7333, 2010.
 """
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field
 
 from broker.contracts import solver_options as solver
 from broker.contracts.catalogue import choice, choices
@@ -17,7 +17,6 @@ from broker.contracts.spectra import SpectrumKey
 from broker.contracts.strict import Topic
 from broker.contracts.structure_choices import Eigenfunctions
 from broker.contracts.structures import Choice
-from broker.contracts.vertices import Landmark
 
 SIGNATURE_VERSION: Final = 1
 """Raised whenever the solver's signatures change, so that no stale one is taken from a cache."""
@@ -79,6 +78,8 @@ CorrespondenceSource = Annotated[
 _PARTS = "source", "target", "both"
 """Values of `partial` that say which shape is a part."""
 
+_MOST_LINF_POINTS: Final = 32
+
 
 class MatchParameters(solver.MatchOptions):
     """Parameters of a match; all have defaults that suit most shapes.
@@ -101,44 +102,31 @@ class MatchParameters(solver.MatchOptions):
             dense=True, partial="none", proof="candidates", largest_component=largest_component
         )
 
-    @field_validator("objective")
-    @classmethod
-    def _suits_the_objective(cls, value: str, info: ValidationInfo) -> str:
-        if value == "linf" and info.data.get("points", 0) > 32:
-            raise ValueError('"linf" takes at most 32 points; give `points`, from 3 to 32')
-        if value == "linf" and info.data.get("occlusion_cost") is not None:
-            raise ValueError('"linf" matches every point; leave `occlusion_cost` out')
-        return value
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """What is wrong with fields given the others: their names, and messages."""
+        if self.objective == "linf":
+            yield from self._against_linf()
+        if self.partial in _PARTS and self.refine is not None:
+            yield "partial", "parts are not refined; leave it out, or `refine`"
+        count = len(self.landmarks)
+        if count > self.points:
+            message = f"{count} landmarks are more than `points`, which is {self.points}"
+            yield "landmarks", message
+        if any(len(set(side)) < count for side in zip(*self.landmarks, strict=True)):
+            yield "landmarks", "a vertex is in two pairs; leave one of them out"
 
-    @field_validator("third_order")
-    @classmethod
-    def _check_third_order(cls, value: float, info: ValidationInfo) -> float:
-        if value > 0.0 and info.data.get("objective") == "linf":
-            raise ValueError('"linf" has no third-order term; leave it out, or `objective`')
-        return value
-
-    @field_validator("partial")
-    @classmethod
-    def _check_partial(cls, value: str, info: ValidationInfo) -> str:
-        if value in _PARTS and info.data.get("objective") == "linf":
-            raise ValueError('"linf" matches every point; leave it out, or `objective`')
-        if value in _PARTS and info.data.get("refine") is not None:
-            raise ValueError("parts are not refined; leave it out, or `refine`")
-        return value
-
-    @field_validator("landmarks")
-    @classmethod
-    def _check_landmarks(
-        cls, value: tuple[Landmark, ...], info: ValidationInfo
-    ) -> tuple[Landmark, ...]:
-        points = info.data.get("points", len(value))
-        if len(value) > points:
-            raise ValueError(f"{len(value)} landmarks are more than `points`, which is {points}")
-        if value and info.data.get("objective") == "linf":
-            raise ValueError('"linf" takes no landmarks; leave them out, or `objective`')
-        if any(len(set(side)) < len(value) for side in zip(*value, strict=True)):
-            raise ValueError("a vertex is in two pairs; leave one of them out")
-        return value
+    def _against_linf(self) -> Iterator[tuple[str, str]]:
+        if self.points > _MOST_LINF_POINTS:
+            message = f'"linf" takes at most {_MOST_LINF_POINTS} points; give `points`, from 3 to'
+            yield "objective", f"{message} {_MOST_LINF_POINTS}"
+        if self.occlusion_cost is not None:
+            yield "objective", '"linf" matches every point; leave `occlusion_cost` out'
+        if self.third_order > 0.0:
+            yield "third_order", '"linf" has no third-order term; leave it out, or `objective`'
+        if self.partial in _PARTS:
+            yield "partial", '"linf" matches every point; leave it out, or `objective`'
+        if self.landmarks:
+            yield "landmarks", '"linf" takes no landmarks; leave them out, or `objective`'
 
     @property
     def metrics(self) -> tuple[Choice, ...]:
@@ -184,12 +172,10 @@ class DissimilarityParameters(solver.SimilarityOptions):
     largest_component: LargestComponent = False
     simplify: Simplify = None
 
-    @field_validator("objective")
-    @classmethod
-    def _suits_the_objective(cls, value: str, info: ValidationInfo) -> str:
-        if value == "linf" and (info.data.get("first_order_weight") or 0.0) > 0.0:
-            raise ValueError('"linf" has no first-order term; leave `first_order_weight` out')
-        return value
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """What is wrong with fields given the others: their names, and messages."""
+        if self.objective == "linf" and self.first_order_weight > 0.0:
+            yield "objective", '"linf" has no first-order term; leave `first_order_weight` out'
 
     @property
     def metrics(self) -> tuple[Choice]:

@@ -1,5 +1,6 @@
 """Problem documents (RFC 9457), the form of all errors, and their types."""
 
+from collections.abc import Iterable
 from enum import Enum
 from typing import Self
 
@@ -46,7 +47,7 @@ class ProblemType(Enum):
     PROTOTYPE_DELETED = "prototype-deleted", 410, "Prototype deleted"
     ATTRIBUTES_DELETED = "attributes-deleted", 410, "Attributes deleted"
     UPLOAD_EXPIRED = "upload-expired", 410, "Upload expired"
-    UPLOAD_TOO_LARGE = "upload-too-large", 413, "Upload too large"
+    UPLOAD_TOO_LARGE = "upload-too-large", 413, "Request too large"
     UNSUPPORTED_FORMAT = "unsupported-format", 415, "Unsupported format"
     ENCODED_BODY = "encoded-body", 415, "Encoded body"
     MISDIRECTED_REQUEST = "misdirected-request", 421, "Name not accepted"
@@ -79,13 +80,33 @@ class ProblemType(Enum):
         self.title = title
 
 
+def _pointer(field: str) -> str | None:
+    where, *parts = field.split(".")
+    return json_pointer(parts) if where == "body" else None
+
+
+def json_pointer(parts: Iterable[str]) -> str:
+    """Return a JSON pointer from the names and places that it has, in order."""
+    return "".join("/" + part.replace("~", "~0").replace("/", "~1") for part in parts)
+
+
 class FieldProblem(BaseModel):
     """Problem with one field of a request."""
 
     model_config = ConfigDict(frozen=True)
 
-    field: str = Field(description="Where the field is.", examples=["body.points"])
+    field: str = Field(
+        description="Where the field is: `body`, `query`, `path` or `header`, then the names of"
+        " fields and the places in lists that lead to it, from 0, separated by dots.",
+        examples=["body.metric.1.time"],
+    )
     message: str = Field(description="What is wrong with its value.")
+    pointer: str | None = Field(
+        default_factory=lambda known: _pointer(known["field"]),
+        description="JSON pointer (RFC 6901) to the field in the body; null where it is not in the"
+        " body.",
+        examples=["/metric/1/time"],
+    )
 
 
 class Problem(BaseModel):

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import Field
 
-from broker.contracts.strict import StrictModel, Topic
+from broker.contracts.strict import Items, StrictModel, Topic
 from broker.contracts.structure_choices import (
     Descriptor,
     DescriptorByLevel,
@@ -201,11 +201,8 @@ class MatchOptions(StrictModel):
         default=False,
         description=("Extend the match to all vertices. The extension is `dense` of the result."),
     )
-    landmarks: Annotated[tuple[Landmark, ...], Topic("")] = Field(
+    landmarks: Annotated[Annotated[tuple[Landmark, ...], Items(0, 32)], Topic("")] = Field(
         default=(),
-        max_length=32,
-        strict=False,
-        fail_fast=True,
         description=(
             "Pairs of vertices that are known to correspond: one of the source's file,"
             " one of the target's, counted from 0. They are sampled first, are matched"

@@ -9,6 +9,7 @@ from pydantic import ConfigDict, Field, Tag
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import TypeAliasType
 
+from broker.contracts.strict import Items
 from broker.contracts.structures import (
     LEVELS,
     NAME,
@@ -468,12 +469,10 @@ class HeatKernelSignature(Choice):
         ),
     )
     name: Literal["hks"] = Field(description="Name of the structure.")
-    times: tuple[Annotated[float, Field(ge=1e-30, le=1e30)], ...] | None = Field(
+    times: (
+        Annotated[tuple[Annotated[float, Field(ge=1e-30, le=1e30)], ...], Items(1, 128)] | None
+    ) = Field(
         default=None,
-        min_length=1,
-        max_length=128,
-        strict=False,
-        fail_fast=True,
         description=(
             "Times t_1, ..., t_n. In the square of the shapes' unit of length; null for"
             " 32 values from 0.0073 to 1 times their area."

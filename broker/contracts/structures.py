@@ -5,12 +5,12 @@ from typing import Any, ClassVar, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field
 
-from broker.contracts.strict import StrictModel
+from broker.contracts.strict import Items, StrictModel
 
 Degree: TypeAlias = Literal["yes", "approx", "no"]
 
-LEVELS: Final = Field(min_length=1, max_length=8, strict=False, fail_fast=True)
-"""One choice for each level. A JSON array arrives as a list, which is not strictly a tuple."""
+LEVELS: Final = Items(1, 8)
+"""One choice for each level."""
 
 
 class Invariance(BaseModel):

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from broker.contracts.digests import sha256_of
 from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence
+from broker.contracts.strict import Items
 from broker.contracts.vertices import Vertex
 
 ATTRIBUTE_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb", "seg", "txt")
@@ -98,13 +99,12 @@ class SurfacePoint(BaseModel):
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
-    vertices: Annotated[
-        tuple[Vertex, ...], Field(min_length=3, max_length=3, strict=False, fail_fast=True)
-    ] = Field(description="0-based indices, in the shape's file, of the triangle's corners.")
-    weights: Annotated[
-        tuple[Annotated[float, Field(ge=0, le=1)], ...],
-        Field(min_length=3, max_length=3, strict=False, fail_fast=True),
-    ] = Field(description="Barycentric coordinates, none negative, of sum 1.")
+    vertices: Annotated[tuple[Vertex, ...], Items(3, 3)] = Field(
+        description="0-based indices, in the shape's file, of the triangle's corners."
+    )
+    weights: Annotated[tuple[Annotated[float, Field(ge=0, le=1)], ...], Items(3, 3)] = Field(
+        description="Barycentric coordinates, none negative, of sum 1."
+    )
 
 
 class CarriedPoint(SurfacePoint):

@@ -4,10 +4,8 @@ from typing import Annotated, TypeAlias
 
 from pydantic import BeforeValidator, Field
 
-from broker.contracts.strict import integral
+from broker.contracts.strict import Items, integral
 
 Vertex: TypeAlias = Annotated[int, Field(ge=0, le=2**53, strict=True), BeforeValidator(integral)]
-Landmark: TypeAlias = Annotated[
-    tuple[Vertex, ...], Field(min_length=2, max_length=2, strict=False, fail_fast=True)
-]
+Landmark: TypeAlias = Annotated[tuple[Vertex, ...], Items(2, 2)]
 """A vertex of the source's file and one of the target's."""

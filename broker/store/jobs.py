@@ -13,7 +13,7 @@ late; its calls are refused, because it no longer holds the job.
 """
 
 import gzip
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Final, TypeAlias, cast
@@ -162,7 +162,7 @@ class Jobs:
         self,
         limit: int,
         cursor: str | None,
-        state: JobState | None = None,
+        states: Collection[JobState] = (),
         kind: JobKind | None = None,
         of: str | None = None,
     ) -> Page[JobRecord]:
@@ -174,8 +174,8 @@ class Jobs:
             Largest number of jobs on it.
         cursor
             Cursor of the page before; None for the first.
-        state, kind
-            Only jobs in this state, and of this kind.
+        states, kind
+            Only jobs in one of these states, if there are any, and of this kind.
         of
             Only jobs of this shape or prototype.
 
@@ -186,9 +186,10 @@ class Jobs:
         """
 
         def matches(record: JobRecord) -> bool:
-            return state in (None, record.state) and kind in (None, record.kind)
+            return (not states or record.state in states) and kind in (None, record.kind)
 
-        key = self.keys.jobs if state is None else self.keys.jobs_in(state)
+        key = self.keys.jobs_in(*states) if len(states) == 1 else self.keys.jobs
+        state = "+".join(sorted(states)) or None
         listing = Listing(self.client, key if of is None else self.keys.jobs_of(of), self.keys.job)
         return listing.page(limit, cursor, self.records, matches, f"{state} {kind}")
 

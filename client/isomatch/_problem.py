@@ -14,12 +14,16 @@ class FieldProblem(BaseModel):
         Path of the field, such as ``body.points``.
     message
         Description of the error.
+    pointer
+        JSON pointer (RFC 6901) to the field in the body of the request, such as ``/points``; None
+        for other parts of the request, and of services of earlier versions.
     """
 
     model_config = ConfigDict(frozen=True)
 
     field: str
     message: str
+    pointer: str | None = None
 
 
 class Problem(BaseModel):

@@ -1,8 +1,10 @@
 """Requests to match one source with many targets, and the matches known while they run."""
 
+from typing import Annotated
+
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from broker.contracts import MOST_TARGETS, BatchMatch, JobState
+from broker.contracts import MOST_TARGETS, BatchMatch, Items, JobState
 from service.matches import SourceRequest
 from service.names import NamedId, ShapeName, one_for_each
 
@@ -26,19 +28,11 @@ class BatchRequest(SourceRequest):
         }
     )
 
-    # A JSON array arrives as a list, which is not strictly a tuple.
-    targets: tuple[NamedId, ...] = Field(
-        min_length=1,
-        max_length=MOST_TARGETS,
-        strict=False,
-        fail_fast=True,
+    targets: Annotated[tuple[NamedId, ...], Items(1, MOST_TARGETS)] = Field(
         description="Ids of the target shapes; the source is matched with each of them.",
     )
-    target_names: tuple[ShapeName | None, ...] | None = Field(
+    target_names: Annotated[tuple[ShapeName | None, ...], Items(0, MOST_TARGETS)] | None = Field(
         default=None,
-        max_length=MOST_TARGETS,
-        strict=False,
-        fail_fast=True,
         description="Names of the targets in the results, in the order of `targets`; null for those"
         " they are stored under.",
     )

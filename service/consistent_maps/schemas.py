@@ -1,8 +1,10 @@
 """Requests for consistent maps of a collection."""
 
+from typing import Annotated
+
 from pydantic import ConfigDict, Field, field_validator
 
-from broker.contracts import MOST_MAPPED_SHAPES
+from broker.contracts import MOST_MAPPED_SHAPES, Items
 from service.jobs import JobRequest
 from service.names import NamedId, ShapeName, one_for_each
 
@@ -22,19 +24,11 @@ class ConsistentMapsRequest(JobRequest):
         json_schema_extra={"examples": [{"shapes": [*_SHAPES]}]},
     )
 
-    # A JSON array arrives as a list, which is not strictly a tuple.
-    shapes: tuple[NamedId, ...] = Field(
-        min_length=2,
-        max_length=MOST_MAPPED_SHAPES,
-        strict=False,
-        fail_fast=True,
+    shapes: Annotated[tuple[NamedId, ...], Items(2, MOST_MAPPED_SHAPES)] = Field(
         description="Ids of the shapes, each once. Cycle errors, and so improvements, need three.",
     )
-    names: tuple[ShapeName | None, ...] | None = Field(
+    names: Annotated[tuple[ShapeName | None, ...], Items(0, MOST_MAPPED_SHAPES)] | None = Field(
         default=None,
-        max_length=MOST_MAPPED_SHAPES,
-        strict=False,
-        fail_fast=True,
         description="Names of the shapes in the result, in the order of `shapes`; null for those"
         " they are stored under.",
     )

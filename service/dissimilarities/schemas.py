@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator
 
-from broker.contracts import MOST_SHAPES, DissimilarityParameters, JobState
+from broker.contracts import MOST_SHAPES, DissimilarityParameters, Items, JobState
 from service.jobs import JobRequest
 from service.names import NamedId, ShapeName, one_for_each, showable
 
@@ -32,28 +32,17 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
         }
     )
 
-    # A JSON array arrives as a list, which is not strictly a tuple.
-    shapes: tuple[NamedId, ...] = Field(
-        min_length=2,
-        max_length=MOST_SHAPES,
-        strict=False,
-        fail_fast=True,
+    shapes: Annotated[tuple[NamedId, ...], Items(2, MOST_SHAPES)] = Field(
         description="Ids of the shapes, each once; all are compared with all.",
     )
-    labels: tuple[Label, ...] | None = Field(
+    labels: Annotated[tuple[Label, ...], Items(0, MOST_SHAPES)] | None = Field(
         default=None,
-        max_length=MOST_SHAPES,
-        strict=False,
-        fail_fast=True,
         description="Class of each shape, in the order of `shapes`: retrieval is scored by them,"
         " and the heat map ordered.",
     )
 
-    names: tuple[ShapeName | None, ...] | None = Field(
+    names: Annotated[tuple[ShapeName | None, ...], Items(0, MOST_SHAPES)] | None = Field(
         default=None,
-        max_length=MOST_SHAPES,
-        strict=False,
-        fail_fast=True,
         description="Names of the shapes in the result, in the order of `shapes`; null for those"
         " they are stored under.",
     )

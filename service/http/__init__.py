@@ -1,13 +1,17 @@
 """HTTP: middleware, authentication, paging, problem documents and the OpenAPI document."""
 
 from service.http.body_limit import BodyLimit
+from service.http.compression import Compression
 from service.http.content_disposition import attachment
+from service.http.cross_origin import CrossOrigin, Origins
 from service.http.file_responses import file_response
 from service.http.head_requests import HeadLikeGet, body_wanted
 from service.http.negotiation import (
     AcceptEncoding,
+    IfNoneMatch,
     etag_matches,
     gzip_response,
+    strong_etag,
     unpacked,
     weak_etag,
 )
@@ -65,7 +69,7 @@ from service.http.security import (
     Authentication,
     KeyRing,
 )
-from service.http.validation_errors import MOST_FIELDS, short
+from service.http.validation_errors import MOST_FIELDS, media_type, sent_as, short
 
 __all__ = [
     "INVALID",
@@ -81,13 +85,16 @@ __all__ = [
     "BadRequest",
     "BodyLimit",
     "BodyStalled",
+    "Compression",
     "ContentLost",
+    "CrossOrigin",
     "Cursor",
     "EncodedBody",
     "GeometryNotKept",
     "HeadLikeGet",
     "Hosts",
     "IdempotencyKeyReused",
+    "IfNoneMatch",
     "InvalidRequest",
     "JobExpired",
     "JobNotFound",
@@ -96,6 +103,7 @@ __all__ = [
     "Limit",
     "NotFound",
     "NotReady",
+    "Origins",
     "PictureNotReady",
     "PrototypeDeleted",
     "PrototypeExpired",
@@ -128,9 +136,12 @@ __all__ = [
     "file_response",
     "gzip_response",
     "known_parameters",
+    "media_type",
     "page_of",
     "responses",
+    "sent_as",
     "short",
+    "strong_etag",
     "unpacked",
     "weak_etag",
 ]

@@ -41,6 +41,8 @@ LARGE_BYTES: Final = 64 * 1024
 """Bytes from which on bodies that are not uploads are parsed one in a round of the event loop. Each
 takes it for some 10 ms; others would wait for those of all clients."""
 
+_LESS: Final = "send less in one request"
+
 _SEPARATORS: Final = (b",", b"[", b"{")
 
 
@@ -189,7 +191,7 @@ class _Body:
             raise self._refuse(self._too_large())
         if self.allowance.values is not None and self._values > self.allowance.values:
             raise self._refuse(
-                UploadTooLarge(f"The body has more than {self.allowance.values} values.")
+                UploadTooLarge(f"The body has more than {self.allowance.values} values; {_LESS}.")
             )
         return message
 
@@ -238,7 +240,9 @@ class _Body:
         return self._too_large() if self._length > self.allowance.bytes else None
 
     def _too_large(self) -> ApiProblem:
-        return UploadTooLarge.over(self.allowance.shown)
+        if self.allowance.values is None:
+            return UploadTooLarge.over(self.allowance.shown)
+        return UploadTooLarge.over(self.allowance.shown, _LESS)
 
     def _note(self, message: Message) -> None:
         part = message.get("body", b"")

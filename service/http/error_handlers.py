@@ -29,11 +29,14 @@ from service.http.problems import (
     StorageFull,
     StoreAway,
     TooManyJobs,
+    UnsupportedFormat,
 )
 from service.http.validation_errors import (
     MOST_FIELDS,
     field_problems,
+    is_not_json,
     json_error,
+    sent_as,
     unreadable_body,
 )
 
@@ -99,6 +102,9 @@ def _invalid(request: Request, error: Exception) -> Response:
     broken = json_error(errors)
     if broken is not None:
         return response(BadRequest(unreadable_body(request, broken)).problem(path))
+    if is_not_json(request, errors):
+        wanted = sent_as(request, "send a JSON object as application/json")
+        return response(UnsupportedFormat(wanted).problem(path))
     fields = field_problems(errors)
     detail = INVALID
     if len(fields) > MOST_FIELDS:

@@ -15,6 +15,10 @@ from service.http.file_responses import file_response, pieces_response
 _REFUSED: Final = re.compile(r"q=0(\.0{0,3})?")
 
 AcceptEncoding = Annotated[str, Header(include_in_schema=False)]
+IfNoneMatch = Annotated[
+    str | None,
+    Header(alias="If-None-Match", description="ETags of the versions the client has."),
+]
 
 
 def gzip_response(
@@ -39,7 +43,7 @@ def gzip_response(
         Further headers.
     """
     every = {"Vary": "Accept-Encoding", **(headers or {})}
-    if _takes_gzip(accept_encoding):
+    if takes_gzip(accept_encoding):
         return file_response(packed, media_type, every | {"Content-Encoding": "gzip"})
     size = _unpacked_size(packed)
     return pieces_response(unpacked(packed), size, packed, media_type, every)
@@ -59,7 +63,8 @@ def _unpacked_size(packed: BinaryIO) -> int:
     return size
 
 
-def _takes_gzip(accept_encoding: str) -> bool:
+def takes_gzip(accept_encoding: str) -> bool:
+    """Return whether a header ``Accept-Encoding`` accepts gzip."""
     for entry in accept_encoding.lower().split(","):
         coding, *parameters = (part.replace(" ", "") for part in entry.split(";"))
         if coding in ("gzip", "x-gzip"):
@@ -67,12 +72,17 @@ def _takes_gzip(accept_encoding: str) -> bool:
     return False
 
 
+def strong_etag(version: str) -> str:
+    """Return the entity tag of a version whose body has the same bytes for all clients."""
+    return f'"{version}"'
+
+
 def weak_etag(version: str) -> str:
     """Return the entity tag of a version, weak as bodies with and without gzip share it."""
     return f'W/"{version}"'
 
 
-def etag_matches(if_none_match: str, etag: str) -> bool:
+def etag_matches(if_none_match: str | None, etag: str) -> bool:
     """Return whether a header ``If-None-Match`` lists an entity tag, compared weakly."""
-    tags = [tag.strip().removeprefix("W/") for tag in if_none_match.split(",")]
+    tags = [tag.strip().removeprefix("W/") for tag in (if_none_match or "").split(",")]
     return "*" in tags or etag.removeprefix("W/") in tags

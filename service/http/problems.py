@@ -28,8 +28,8 @@
     ├── ShapeDeleted                410  a shape was deleted in the meantime
     ├── PrototypeDeleted            410  a prototype was deleted in the meantime
     ├── AttributesDeleted           410  an attribute file was deleted in the meantime
-    ├── UploadTooLarge              413  the upload is over the limit
-    ├── UnsupportedFormat           415  the format of the file is not supported
+    ├── UploadTooLarge              413  the body of the request is over the limit
+    ├── UnsupportedFormat           415  the format of the file, or the type of the body, is not
     ├── EncodedBody                 415  the body is compressed
     ├── MisdirectedRequest          421  the host name is not accepted, and no key is needed
     ├── UnknownShape                422  the request names a shape that does not exist
@@ -233,18 +233,20 @@ class AttributesDeleted(ApiProblem):
 
 
 class UploadTooLarge(ApiProblem):
-    """The upload is over the limit."""
+    """The body of the request is over the limit."""
 
     type = ProblemType.UPLOAD_TOO_LARGE
 
     @classmethod
-    def over(cls, limit: int) -> Self:
+    def over(
+        cls, limit: int, advice: str = "send a smaller file, such as a simplified mesh"
+    ) -> Self:
         """Return the problem that a body is longer than a limit in bytes."""
-        return cls(f"The limit is {limit / 1e6:.4g} MB.")
+        return cls(f"The limit is {limit / 1e6:.4g} MB; {advice}.")
 
 
 class UnsupportedFormat(ApiProblem):
-    """The format of the file is not supported."""
+    """The format of the file, or the type of the body, is not supported."""
 
     type = ProblemType.UNSUPPORTED_FORMAT
 

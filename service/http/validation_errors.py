@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from fastapi import Request
 
-from broker.contracts import FieldProblem
+from broker.contracts import FieldProblem, json_pointer
 
 MOST_FIELDS: Final = 20
 """Fields named in one answer, so that it is not many times as long as the request."""
@@ -48,20 +48,28 @@ def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
     errors
         As Pydantic lists them.
     """
-    messages: dict[str, list[str]] = {}
+    messages: dict[tuple[str, ...], list[str]] = {}
     # Pydantic counts only valid items: it reports a list with an invalid one as too short as well.
-    within = {error["loc"][:end] for error in errors for end in range(len(error["loc"]))}
+    lists = {error["loc"][:-1] for error in errors}
     for error in errors:
-        if error["type"] == "too_short" and error["loc"] in within:
+        if error["type"] == "too_short" and error["loc"] in lists:
             continue
-        address = [part for part in map(str, error["loc"]) if not _BRANCH.fullmatch(part)]
-        said = messages.setdefault(short(".".join(address)), [])
+        address = tuple(part for part in map(str, error["loc"]) if not _BRANCH.fullmatch(part))
+        said = messages.setdefault(address, [])
         message = _message(error)
         if message not in said:
             said.append(message)
-    return tuple(
-        FieldProblem(field=field, message="; ".join(messages[field])) for field in messages
-    )
+    return tuple(_problem(address, "; ".join(said)) for address, said in messages.items())
+
+
+def _problem(address: Sequence[str], message: str) -> FieldProblem:
+    field = ".".join(address)
+    if len(field) > _LONGEST_FIELD:
+        return FieldProblem(field=short(field), message=message, pointer=None)
+    if address[0] != "body":
+        return FieldProblem(field=field, message=message)
+    # The names of unknown fields may have dots.
+    return FieldProblem(field=field, message=message, pointer=json_pointer(address[1:]))
 
 
 def json_error(errors: Sequence[Any]) -> str | None:
@@ -70,6 +78,34 @@ def json_error(errors: Sequence[Any]) -> str | None:
         if error["type"] == "json_invalid":
             return f"{error['ctx']['error']} at character {error['loc'][-1]}"
     return None
+
+
+def media_type(content_type: str | None) -> str:
+    """Return the media type of a header ``Content-Type``, without parameters."""
+    return (content_type or "").partition(";")[0].strip().lower()
+
+
+def sent_as(request: Request, wanted: str) -> str:
+    """Return the detail of the problem that a body is of another type than is wanted.
+
+    Parameters
+    ----------
+    request
+        The request.
+    wanted
+        What to do.
+    """
+    given = media_type(request.headers.get("content-type"))
+    return f"The body was sent as {short(given)}; {wanted}."
+
+
+def is_not_json(request: Request, errors: Sequence[Any]) -> bool:
+    """Return whether a body that is no JSON object was sent as something else than JSON."""
+    given = media_type(request.headers.get("content-type"))
+    wrong = any(
+        tuple(error["loc"]) == ("body",) and error["type"] in _NOT_AN_OBJECT for error in errors
+    )
+    return wrong and given not in ("", "application/json") and not given.endswith("+json")
 
 
 def unreadable_body(request: Request, reason: str) -> str:
@@ -82,7 +118,7 @@ def unreadable_body(request: Request, reason: str) -> str:
     reason
         Message of the parser.
     """
-    if request.headers.get("content-type", "").startswith("multipart/form-data"):
+    if media_type(request.headers.get("content-type")) == "multipart/form-data":
         wanted = "send multipart/form-data with the mesh as `file`, a part with a `filename`"
     else:
         wanted = "send a JSON object in UTF-8, without deep nesting or numbers of very many digits"

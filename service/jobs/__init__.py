@@ -1,6 +1,7 @@
 """Jobs: requesting them, following and cancelling them, and their results."""
 
 from service.jobs import endpoints, maps, pictures, results
+from service.jobs.endpoints import LONGEST_WAIT
 from service.jobs.followed import Event, FollowedJobs, Name
 from service.jobs.lookup import (
     JobId,
@@ -27,6 +28,7 @@ ROUTERS = (endpoints.router, results.router, pictures.router, maps.router)
 __all__ = [
     "BYTES",
     "ERRORS",
+    "LONGEST_WAIT",
     "NEEDED",
     "ROUTERS",
     "Event",

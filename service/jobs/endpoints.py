@@ -82,7 +82,14 @@ def list_jobs(
     service: ServiceOf,
     limit: Limit = 50,
     cursor: Cursor = None,
-    state: Annotated[JobState | None, Query(description="Only jobs in this state.")] = None,
+    state: Annotated[
+        list[JobState] | None,
+        Query(
+            max_length=len(JobState),
+            description="Only jobs in this state, or in one of several: the parameter may be"
+            " repeated.",
+        ),
+    ] = None,
     kind: Annotated[ListedKind | None, Query(description="Only jobs of this kind.")] = None,
     shape: Annotated[
         str | None,
@@ -97,7 +104,7 @@ def list_jobs(
     With a filter, a page may have fewer than `limit` jobs and still a cursor of the next page.
     """
     only = None if kind is None else JobKind(kind)
-    page = page_of(lambda: service.store.jobs.page(limit, cursor, state, only, shape))
+    page = page_of(lambda: service.store.jobs.page(limit, cursor, state or (), only, shape))
     return JobPage(
         items=Job.several(page.items, service.queue),
         next_cursor=page.next_cursor,

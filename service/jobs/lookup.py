@@ -54,11 +54,9 @@ def job_with_result(service: Service, job_id: str) -> JobRecord:
         raise JobWithoutResult(f"A job of kind {record.kind.value!r} has no result.")
     if record.state in (JobState.FAILED, JobState.CANCELLED):
         reason = f": {record.error.detail}" if record.error else ""
-        raise JobWithoutResult(
-            f"The job was {record.state.value}{reason}"
-            if record.state is JobState.CANCELLED
-            else f"The job failed{reason}"
-        )
+        if record.state is JobState.CANCELLED:
+            raise JobWithoutResult(f"The job was cancelled{reason.rstrip('.')}; request it again.")
+        raise JobWithoutResult(f"The job failed{reason}")
     return record
 
 

@@ -273,8 +273,8 @@ def _without(record: JobRecord, file_type: str) -> str:
     kind = record.kind
     what = "picture" if file_type == "png" else f"{file_type.upper()} file"
     others = [*exports_of(record.payload), *["npz"] * kind.has_arrays, *["png"] * kind.has_picture]
-    there = "".join(f", .{one}" for one in others)
-    return f"A job of kind {kind.value!r} has no {what}; its result has .json{there}."
+    there = "".join(f", result.{one}" for one in others)
+    return f"A job of kind {kind.value!r} has no {what}; it has `result`, which is JSON{there}."
 
 
 def _check_carried(record: JobRecord) -> None:
@@ -308,7 +308,7 @@ def _check_registered(record: JobRecord, packed: bytes, specimen: int) -> None:
     asked = record.payload
     count = len(asked.shapes) if isinstance(asked, RegistrationPayload) else 1
     if specimen >= count:
-        message = f"there are {count} specimens, counted from 0; ask for one of them"
+        message = f"specimens are counted from 0 to {count - 1}; ask for one of them"
         raise InvalidRequest(INVALID, (FieldProblem(field="query.specimen", message=message),))
     if isinstance(asked, MatchPayload):
         if not asked.parameters.dense or is_prototype(asked.source):

@@ -6,7 +6,9 @@ from typing import Annotated, Any, Final
 from urllib.parse import urlsplit
 
 from fastapi import Depends, Header, Request, Response
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
 from broker.contracts import (
     BoundedModel,
@@ -29,6 +31,7 @@ from service.http import (
     QuotaUsedUp,
     TooManyJobs,
     UnknownShape,
+    UnsupportedFormat,
     UploadTooLarge,
     responses,
 )
@@ -37,9 +40,17 @@ from service.jobs.schemas import Job
 LONGEST_KEY: Final = 255
 """Characters of an idempotency key."""
 
+_REPLAYED: Final = "Idempotency-Replayed"
+
 _ACCEPTED: Final[dict[str, Any]] = {
     "description": "The queued job",
-    "headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}},
+    "headers": {
+        "Location": {"description": "The job.", "schema": {"type": "string"}},
+        _REPLAYED: {
+            "description": "Where the `Idempotency-Key` was used before, and this is its job.",
+            "schema": {"const": "true"},
+        },
+    },
 }
 
 
@@ -59,6 +70,7 @@ def answers(*further: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
             *further,
             BadRequest,
             UploadTooLarge,
+            UnsupportedFormat,
             BodyStalled,
             EncodedBody,
             IdempotencyKeyReused,
@@ -105,13 +117,53 @@ JobOrder = Annotated[RequestOrigin, Depends(_order)]
 """Request id, caller and idempotency key of a request with a JSON body."""
 
 
+_ABOUT: Final = ("title", "description", "default", "examples", "deprecated")
+"""Keywords of a JSON schema that are about a field, and not about its values."""
+
+
+def _nullable(field: dict[str, Any]) -> dict[str, Any]:
+    """Return the JSON schema of a field that may also be null."""
+    if {"type": "null"} in field.get("anyOf", ()):
+        return field
+    about = {name: value for name, value in field.items() if name in _ABOUT}
+    values = {name: value for name, value in field.items() if name not in _ABOUT}
+    return {"anyOf": [values, {"type": "null"}], **about}
+
+
 class JobRequest(BoundedModel):
-    """Fields of the requests for all kinds of jobs."""
+    """Fields of the requests for all kinds of jobs. Null stands for a field that is left out."""
 
     webhook: Webhook | None = Field(
         default=None,
         description="Receiver of a notification when the job has ended, or null.",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_nulls(cls, value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        optional = cls._optional()
+        return {
+            name: given
+            for name, given in value.items()
+            if given is not None or name not in optional
+        }
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        """Return the JSON schema, in which fields that may be left out may be null."""
+        described = handler(schema)
+        properties = handler.resolve_ref_schema(described)["properties"]
+        for name in cls._optional():
+            properties[name] = _nullable(properties[name])
+        return described
+
+    @classmethod
+    def _optional(cls) -> list[str]:
+        return [name for name, field in cls.model_fields.items() if not field.is_required()]
 
 
 def _with_webhook(service: Service, asked: JobRequest, order: RequestOrigin) -> RequestOrigin:
@@ -175,7 +227,9 @@ def requested_job(
         is answered with it, or queues it again.
     """
     record = service.queue.earlier_job(order)
-    if record is None:
+    if record is not None:
+        response.headers[_REPLAYED] = "true"
+    else:
         record = submit(_with_webhook(service, asked, order))
     service.store.durability.wait(service.store.keys.job(record.id))
     job = Job.of(record, service.queue)

@@ -2,11 +2,11 @@
 
 import io
 from pathlib import PurePosixPath
-from typing import Annotated, Final
+from typing import Final
 
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, Response
 
-from service.http import AcceptEncoding, NotFound, etag_matches, gzip_response
+from service.http import AcceptEncoding, IfNoneMatch, NotFound, etag_matches, gzip_response
 from service.page.files import PLOTLY, page_file
 
 router = APIRouter(include_in_schema=False)
@@ -34,24 +34,22 @@ _HEADERS: Final = {
 _DAY: Final = 86400
 """Seconds."""
 
-IfNoneMatch = Annotated[str, Header(alias="If-None-Match")]
-
 
 @router.get("/")
-def index(accept_encoding: AcceptEncoding = "", if_none_match: IfNoneMatch = "") -> Response:
+def index(accept_encoding: AcceptEncoding = "", if_none_match: IfNoneMatch = None) -> Response:
     """Return the page."""
     return _answer("index.html", accept_encoding, if_none_match)
 
 
 @router.get("/page/{path:path}")
 def part(
-    path: str, accept_encoding: AcceptEncoding = "", if_none_match: IfNoneMatch = ""
+    path: str, accept_encoding: AcceptEncoding = "", if_none_match: IfNoneMatch = None
 ) -> Response:
     """Return a file of the page."""
     return _answer(path, accept_encoding, if_none_match)
 
 
-def _answer(path: str, accept_encoding: str, if_none_match: str) -> Response:
+def _answer(path: str, accept_encoding: str, if_none_match: str | None) -> Response:
     file = page_file(PurePosixPath(path))
     if file is None:
         raise NotFound(f"The page has no file {path!r}.")

@@ -14,6 +14,9 @@ STATIC: Final = Path(__file__).with_name("static")
 PLOTLY: Final = "plotly.min.js"
 """plotly.js, from the data of the Python package plotly, whose Python code is not imported."""
 
+_MODULES: Final = b"<!-- modules -->"
+"""Stands in the page for links to its modules."""
+
 MEDIA_TYPES: Final = {
     ".css": "text/css",
     ".html": "text/html",
@@ -49,6 +52,14 @@ def page_file(path: PurePosixPath) -> PageFile | None:
 
 
 @cache
+def _preloads() -> bytes:
+    """Links to all modules: otherwise a browser finds each when it has read another."""
+    modules = sorted(path.name for path in STATIC.glob("*.js"))
+    links = (f'<link rel="modulepreload" href="/page/{name}">' for name in modules)
+    return "\n".join(links).encode()
+
+
+@cache
 def _paths() -> dict[str, Path]:
     files = (path for path in STATIC.rglob("*") if path.suffix in MEDIA_TYPES)
     return {path.relative_to(STATIC).as_posix(): path for path in files} | _plotly()
@@ -64,7 +75,7 @@ def _plotly() -> dict[str, Path]:
 
 @cache
 def _read(path: Path) -> PageFile:
-    data = path.read_bytes()
+    data = path.read_bytes().replace(_MODULES, _preloads())
     return PageFile(
         packed=gzip.compress(data, compresslevel=6, mtime=0),
         media_type=MEDIA_TYPES[path.suffix],

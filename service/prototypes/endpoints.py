@@ -111,8 +111,7 @@ def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
 
 
 def _payload(asked: PrototypeRequest, service: Service) -> PrototypePayload:
-    refuse(repeated_shapes(asked.shapes), _REFUSED)
-    refuse(_contradictions(asked), _REFUSED)
+    refuse(repeated_shapes(asked.shapes) + _contradictions(asked), _REFUSED)
     shapes = use_shapes(service, shape_fields(asked.shapes))
     few = [] if asked.correspondences else few_vertices(shapes, asked.points)
     wrong = few + _different_connectivity(asked, shapes) + _out_of_range(asked, shapes)

@@ -12,13 +12,13 @@ from pydantic import (
     field_validator,
 )
 
-from broker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord, integral
+from broker.contracts import MOST_EXAMPLES, Items, PrototypeParameters, PrototypeRecord, integral
 from service.jobs import JobRequest
 from service.names import LONGEST, NamedId, showable
 
 Vertices = Annotated[
     tuple[Annotated[int, Field(ge=0, le=2**31 - 1), BeforeValidator(integral)], ...],
-    Field(min_length=3, max_length=256, strict=False, fail_fast=True),
+    Items(3, 256, fail_fast=True),
 ]
 
 DEFAULT_NAME: Final = "prototype"
@@ -64,12 +64,7 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
         }
     )
 
-    # A JSON array arrives as a list, which is not strictly a tuple.
-    shapes: tuple[NamedId, ...] = Field(
-        min_length=2,
-        max_length=MOST_EXAMPLES,
-        strict=False,
-        fail_fast=True,
+    shapes: Annotated[tuple[NamedId, ...], Items(2, MOST_EXAMPLES)] = Field(
         description="Ids of the examples, each once.",
     )
     name: Annotated[str, AfterValidator(showable)] = Field(
@@ -83,11 +78,8 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
         description="Id of the one of `shapes` that the points are chosen on and the others are"
         " matched to; null for the first.",
     )
-    correspondences: tuple[Vertices, ...] | None = Field(
+    correspondences: Annotated[tuple[Vertices, ...], Items(0, MOST_EXAMPLES)] | None = Field(
         default=None,
-        max_length=MOST_EXAMPLES,
-        strict=False,
-        fail_fast=True,
         description="Corresponding points: for each of `shapes`, in their order, a list of 0-based"
         " vertex indices in its file, all lists of the same length; null to find them as"
         " `correspondence` says.",
@@ -111,8 +103,7 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
             return given
         if len(given) != len(shapes):
             raise ValueError(
-                f"Input should have vertices of each shape: there are {len(given)} lists and"
-                f" {len(shapes)} shapes"
+                f"Input should have a list for each shape: {len(shapes)}, not {len(given)}"
             )
         for place, vertices in enumerate(given):
             if len(vertices) != len(given[0]):

@@ -1,8 +1,10 @@
 """Requests to register a template to specimens."""
 
+from typing import Annotated
+
 from pydantic import ConfigDict, Field, field_validator
 
-from broker.contracts import MOST_SPECIMENS
+from broker.contracts import MOST_SPECIMENS, Items
 from service.jobs import JobRequest
 from service.names import NamedId, ShapeName, one_for_each
 
@@ -31,19 +33,11 @@ class RegistrationRequest(JobRequest):
         description="Name of the template in the result, such as that of this upload of its file;"
         " null for the name it is stored under.",
     )
-    # A JSON array arrives as a list, which is not strictly a tuple.
-    shapes: tuple[NamedId, ...] = Field(
-        min_length=1,
-        max_length=MOST_SPECIMENS,
-        strict=False,
-        fail_fast=True,
+    shapes: Annotated[tuple[NamedId, ...], Items(1, MOST_SPECIMENS)] = Field(
         description="Ids of the specimens, each once.",
     )
-    names: tuple[ShapeName | None, ...] | None = Field(
+    names: Annotated[tuple[ShapeName | None, ...], Items(0, MOST_SPECIMENS)] | None = Field(
         default=None,
-        max_length=MOST_SPECIMENS,
-        strict=False,
-        fail_fast=True,
         description="Names of the specimens in the result, in the order of `shapes`; null for those"
         " they are stored under.",
     )

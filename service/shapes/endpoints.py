@@ -21,7 +21,6 @@ from service.http import (
     ShapeDeleted,
     ShapeExpired,
     ShapeNotFound,
-    UnsupportedFormat,
     UnusableMesh,
     page_of,
     responses,
@@ -47,9 +46,7 @@ _UPLOADS: Final = UploadKind[ShapeRecord](SHAPES, PATH, PATH, Keys.shape, ShapeD
     "",
     status_code=201,
     response_model=Shape,
-    responses=_UPLOADS.answers(
-        Shape, "The same bytes were uploaded before", UnusableMesh, UnsupportedFormat
-    ),
+    responses=_UPLOADS.answers(Shape, "The same bytes were uploaded before", UnusableMesh),
     operation_id="upload_shape",
     dependencies=[KnownPartsOnce],
 )
@@ -58,8 +55,9 @@ async def upload_shape(
     file: Annotated[
         UploadFile,
         File(
-            description="A mesh or a point cloud; its name ends in one of"
-            f" {', '.join(MESH_FORMATS)}."
+            description="A mesh or a point cloud. Its name, or else `name`, ends in one of"
+            f" {', '.join(MESH_FORMATS)}; or else its `Content-Type` is that of the format, such as"
+            " model/obj."
         ),
     ],
     name: UploadName = None,

@@ -1,14 +1,15 @@
 """``/v1/shapes/{id}/mesh`` and ``/geometry``: the uploaded file, and the geometry to draw."""
 
-from typing import Annotated, Final
+from typing import Any, Final
 
-from fastapi import APIRouter, Header, Response
+from fastapi import APIRouter, Response
 
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
     ContentLost,
     GeometryNotKept,
+    IfNoneMatch,
     InvalidRequest,
     ShapeExpired,
     ShapeNotFound,
@@ -18,6 +19,7 @@ from service.http import (
     file_response,
     gzip_response,
     responses,
+    strong_etag,
     weak_etag,
 )
 from service.shapes.lookup import SHAPES, ShapeId
@@ -31,25 +33,37 @@ and the scale, in the file's unit of length; 3 V float32, the positions of the v
 the origin, in units of the scale; 3 F uint32, the corners of the triangles, as indices of
 positions; V uint32, the 0-based index of each vertex in the file; with colours, 3 V uint8 of red,
 green and blue."""
-ETAG: Final = {"description": "Version of this geometry.", "schema": {"type": "string"}}
+ETAG: Final = {"description": "Version of this content.", "schema": {"type": "string"}}
+UNCHANGED: Final[dict[int | str, dict[str, Any]]] = {
+    304: {"description": "It has not changed: `If-None-Match` lists its ETag"}
+}
 
 
 @router.get(
     "/{shape}/mesh",
     response_class=Response,
     responses={
-        200: binary_file("The file"),
+        200: binary_file("The file", headers={"ETag": ETAG}),
+        **UNCHANGED,
         **responses(ShapeNotFound, ShapeExpired, ContentLost, InvalidRequest),
     },
     operation_id="get_mesh",
 )
-def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
-    """Return the mesh file as it was uploaded."""
+def get_mesh(shape: ShapeId, service: ServiceOf, if_none_match: IfNoneMatch = None) -> Response:
+    """Return the mesh file as it was uploaded, under the name it is stored under."""
     record = service.store.shapes.get(shape)
+    # A shape is its bytes.
+    etag = strong_etag(shape)
+    headers = {"ETag": etag, "Cache-Control": "private, no-cache"}
+    if record is not None and etag_matches(if_none_match, etag):
+        service.store.shapes.use(shape)
+        return Response(status_code=304, headers=headers)
     file = None if record is None else service.store.shapes.open_upload(shape)
     if record is None or file is None:
         raise SHAPES.missing(service, shape)
-    headers = attachment(shape, record.file_type)
+    ending = f".{record.file_type}"
+    stem = record.name[: -len(ending)] if record.name.lower().endswith(ending) else record.name
+    headers |= attachment(stem, record.file_type)
     return file_response(file, "application/octet-stream", headers)
 
 
@@ -58,7 +72,7 @@ def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
     response_class=Response,
     responses={
         200: binary_file(GEOMETRY, headers={"ETag": ETAG}),
-        304: {"description": "The geometry has not changed: `If-None-Match` lists its ETag"},
+        **UNCHANGED,
         **responses(ShapeNotFound, ShapeExpired, GeometryNotKept, ContentLost, InvalidRequest),
     },
     operation_id="get_geometry",
@@ -67,10 +81,7 @@ def get_geometry(
     shape: ShapeId,
     service: ServiceOf,
     accept_encoding: AcceptEncoding = "",
-    if_none_match: Annotated[
-        str | None,
-        Header(alias="If-None-Match", description="ETags of the versions the client has."),
-    ] = None,
+    if_none_match: IfNoneMatch = None,
 ) -> Response:
     """Return the repaired mesh in a binary form for drawing, independent of the file's format."""
     record = service.store.shapes.get(shape)
@@ -78,7 +89,7 @@ def get_geometry(
         raise SHAPES.missing(service, shape)
     etag = weak_etag(f"{shape}-{int(1e6 * record.created.timestamp()):x}")
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
-    if etag_matches(if_none_match or "", etag):
+    if etag_matches(if_none_match, etag):
         return Response(status_code=304, headers=headers)
     packed = service.store.shapes.open_geometry(shape)
     if packed is None and service.store.shapes.get(shape) is None:

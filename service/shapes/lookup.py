@@ -5,7 +5,7 @@ from typing import Annotated, Final
 
 from fastapi import Path
 
-from broker.contracts import ShapeRecord
+from broker.contracts import FieldProblem, ShapeRecord, is_prototype
 from service.dependencies import Service
 from service.http import ShapeExpired, ShapeNotFound, UnknownShape
 from service.names import ID_PATTERN
@@ -17,6 +17,13 @@ ShapeId = Annotated[str, Path(description="Id of the shape.", pattern=ID_PATTERN
 SHAPES: Final = RecordKind[ShapeRecord](
     "shape", lambda store: store.shapes, "upload it again", ShapeNotFound, ShapeExpired
 )
+
+
+def _unknown(service: Service, field: str, shape: str) -> FieldProblem:
+    if is_prototype(shape):
+        message = f"{shape} is a prototype, which can only be the `source` of a match or batch"
+        return FieldProblem(field=field, message=message)
+    return SHAPES.unknown(service, field, shape)
 
 
 def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRecord]:
@@ -41,9 +48,7 @@ def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRec
     used = service.store.shapes.use_all(list(named.values())) if named else []
     found = dict(zip(named, used, strict=True))
     unknown = tuple(
-        SHAPES.unknown(service, field, shape)
-        for field, shape in named.items()
-        if found[field] is None
+        _unknown(service, field, shape) for field, shape in named.items() if found[field] is None
     )
     if unknown:
         raise UnknownShape("Upload the shapes first; `errors` names the unknown ones.", unknown)

@@ -73,15 +73,16 @@ def check_shapes(
     without = [
         field.removeprefix("body.") for field, shape in shapes.items() if not shape.has_colors
     ]
+    uncolored: list[FieldProblem] = []
     if without and getattr(asked, "first_order_weight", 1.0) > 0.0:
         colored = {choice.name for choice in asked.descriptors if choice.about.needs_colors}
-        message = f"needs vertex colours, which are missing in {', '.join(without)}"
-        refuse(
-            descriptor_problems(asked, colored, message),
-            "Choose another descriptor, or upload the shape in a format that has colours,"
-            " such as PLY, GLB, or OBJ zipped with its materials.",
+        message = (
+            f"needs vertex colours, which are missing in {', '.join(without[:MOST_FIELDS])}; choose"
+            " another descriptor, or upload the shape in a format that has colours, such as PLY,"
+            " GLB, or OBJ zipped with its materials"
         )
-    refuse((*further, *simplified_too_far(asked, shapes)), detail)
+        uncolored = descriptor_problems(asked, colored, message)
+    refuse((*further, *uncolored, *simplified_too_far(asked, shapes)), detail)
 
 
 def descriptor_problems(

@@ -19,7 +19,6 @@ from service.http import (
     AttributesNotFound,
     InvalidRequest,
     UnknownAttributes,
-    UnsupportedFormat,
     UnusableAttributes,
     responses,
 )
@@ -56,7 +55,7 @@ AttributesId = Annotated[str, Path(description="Id of the attribute file.", patt
     status_code=201,
     response_model=Attributes,
     responses=_UPLOADS.answers(
-        Attributes, "The same bytes were uploaded before", UnusableAttributes, UnsupportedFormat
+        Attributes, "The same bytes were uploaded before", UnusableAttributes
     ),
     operation_id="upload_attributes",
     dependencies=[KnownPartsOnce],
@@ -67,7 +66,9 @@ async def upload_attributes(
         UploadFile,
         File(
             description="Attributes of the vertices or faces of a shape, row i of vertex or face i"
-            f" of its file; the name ends in one of {', '.join(ATTRIBUTE_FORMATS)}."
+            " of its file. Its name, or else `name`, ends in one of"
+            f" {', '.join(ATTRIBUTE_FORMATS)}; or else its `Content-Type` is that of the format, as"
+            " text/csv is."
         ),
     ],
     name: UploadName = None,

@@ -27,9 +27,7 @@ from service.jobs import (
     requested_job,
 )
 from service.transfers.requirements import (
-    check_attributes,
-    check_fields,
-    check_shapes_of,
+    check_carried,
     usable_match,
     use_ends,
 )
@@ -83,15 +81,12 @@ async def get_source_arrays(job_id: JobId, context: CallContextOf) -> Response:
 
 
 def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
-    check_fields(asked)
     match = usable_match(service, asked.match)
     forward = asked.direction == "source_to_target"
     ends = (match.source, match.target) if forward else (match.target, match.source)
     carried, onto = use_ends(service, *ends)
-    check_shapes_of(asked, carried, onto)
-    if asked.attributes is not None:
-        name = match.source_name if carried.id == match.source else match.target_name
-        check_attributes(service, asked.attributes, carried, name or carried.name)
+    name = match.source_name if carried.id == match.source else match.target_name
+    check_carried(service, asked, carried, onto, name or carried.name)
     return TransferPayload(
         match=asked.match,
         source=carried.id,
@@ -102,5 +97,5 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
         on=asked.on,
         names=asked.names,
         influences=asked.influences,
-        points=asked.points,
+        points=asked.surface_points,
     )

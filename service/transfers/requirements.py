@@ -4,9 +4,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Final, NoReturn
 
-from broker.contracts import AttributesRecord, FieldProblem, MatchPayload, ShapeRecord
+from broker.contracts import (
+    ATTRIBUTE_FORMATS,
+    LANDMARKS,
+    TEXTURE,
+    UV,
+    AttributesRecord,
+    FieldProblem,
+    MatchPayload,
+    ShapeRecord,
+)
 from service.dependencies import Service
 from service.http import (
+    MOST_FIELDS,
     ApiProblem,
     InvalidRequest,
     JobExpired,
@@ -24,18 +34,6 @@ from service.transfers.schemas import TransferRequest
 _REFUSED: Final = "This cannot be transferred along this match; `errors` says why."
 
 _MATCH: Final = "body.match"
-
-
-def check_fields(asked: TransferRequest) -> None:
-    """Refuse fields that contradict one another.
-
-    Raises
-    ------
-    InvalidRequest
-        Some do.
-    """
-    wrong = asked.contradictions.items()
-    refuse([FieldProblem(field=f"body.{name}", message=text) for name, text in wrong], _REFUSED)
 
 
 def usable_match(service: Service, job_id: str) -> MatchPayload:
@@ -76,40 +74,90 @@ def use_ends(service: Service, source: str, target: str) -> tuple[ShapeRecord, S
     return shapes["source"], shapes["target"]
 
 
-def check_shapes_of(asked: TransferRequest, carried: ShapeRecord, onto: ShapeRecord) -> None:
-    """Refuse landmarks at no vertex, and values of faces for a shape without faces.
+def check_carried(
+    service: Service, asked: TransferRequest, carried: ShapeRecord, onto: ShapeRecord, name: str
+) -> None:
+    """Refuse what the records of the shapes and of the attribute file show not to fit.
 
-    Raises
-    ------
-    InvalidRequest
-        There are such.
-    """
-    name = "the match's " + asked.direction.partition("_")[0]
-    numbers = (
-        (f"body.points.{place}", max(point.vertices)) for place, point in enumerate(asked.points)
-    )
-    refuse(vertices_out_of_range(numbers, carried, name), _REFUSED)
-    if asked.on == "faces" and onto.kind == "points":
-        message = 'a point cloud has no faces that could take values; give "vertices"'
-        refuse([FieldProblem(field="body.on", message=message)], _REFUSED)
+    Whether a file has values of the kind that is asked for is known to the job alone.
 
-
-def check_attributes(service: Service, attributes: str, shape: ShapeRecord, name: str) -> None:
-    """Refuse a file none of whose attributes has a row for every vertex, or every face.
+    Parameters
+    ----------
+    service
+        The service that keeps them.
+    asked
+        The request.
+    carried, onto
+        The shapes that values are carried from, and to.
+    name
+        Name of `carried` in the messages.
 
     Raises
     ------
     UnknownAttributes
         There is no such file.
     InvalidRequest
-        It does not fit.
+        A landmark is at no vertex, values of faces are for a shape without faces, or attributes
+        are not there or do not fit.
     """
-    record = use_attributes(service, attributes)
+    wrong = _of_shapes(asked, carried, onto)
+    if asked.attributes is not None:
+        record = use_attributes(service, asked.attributes)
+        wrong += _unknown_names(asked, record) + _misfit(record, carried, name)
+    elif asked.what not in (LANDMARKS, TEXTURE, UV):
+        wrong += _without_own(asked, carried)
+    refuse(wrong, _REFUSED)
+
+
+def _of_shapes(
+    asked: TransferRequest, carried: ShapeRecord, onto: ShapeRecord
+) -> list[FieldProblem]:
+    name = "the match's " + asked.direction.partition("_")[0]
+    numbers = (
+        (f"body.points.{place}", max(point.vertices))
+        for place, point in enumerate(asked.surface_points)
+    )
+    wrong = vertices_out_of_range(numbers, carried, name)
+    if asked.on == "faces" and onto.kind == "points":
+        message = 'a point cloud has no faces that could take values; give "vertices"'
+        wrong.append(FieldProblem(field="body.on", message=message))
+    return wrong
+
+
+def _without_own(asked: TransferRequest, carried: ShapeRecord) -> list[FieldProblem]:
+    """Problem of a shape whose own file has no attributes of a kind."""
+    if asked.what == "colors":
+        missing = "" if carried.has_colors else "the shape has no colours"
+    else:
+        # Archives may have any file.
+        readable = (*ATTRIBUTE_FORMATS, "zip")
+        missing = "" if carried.file_type in readable else f"{carried.file_type} files have none"
+    message = f"{missing}; upload a file of attributes"
+    return [FieldProblem(field="body.attributes", message=message)] if missing else []
+
+
+def _unknown_names(asked: TransferRequest, record: AttributesRecord) -> list[FieldProblem]:
+    known = {one.name for one in record.attributes}
+    # Joints are columns of skinning weights.
+    joints = {column for one in record.attributes for column in one.columns}
+    there = ", ".join(sorted(known)[:MOST_FIELDS])
+    return [
+        FieldProblem(
+            field=f"body.names.{place}",
+            message=f"{name[:40]!r} is not in the file, which has {there}",
+        )
+        for place, name in enumerate(asked.names)
+        if name not in known | joints
+    ]
+
+
+def _misfit(record: AttributesRecord, shape: ShapeRecord, name: str) -> list[FieldProblem]:
+    """Problem of a file none of whose attributes has a row for every vertex, or every face."""
     if shape.file_vertices is None or shape.file_faces is None:
-        return
+        return []
     given = _rows(record)
     if given & {shape.file_vertices, shape.file_faces}:
-        return
+        return []
     message = (
         f"it has {counted(record.rows, 'row')}, but {name} has"
         f" {counted(shape.file_vertices, 'vertex', 'vertices')} and"
@@ -118,7 +166,7 @@ def check_attributes(service: Service, attributes: str, shape: ShapeRecord, name
     if record.file_type == "csv" and given & {shape.file_vertices - 1, shape.file_faces - 1}:
         first = ", ".join(one.name for one in record.attributes)
         message += f"; the first line, {first[:40]!r}, was taken for the names of the columns"
-    refuse([FieldProblem(field="body.attributes", message=message)], _REFUSED)
+    return [FieldProblem(field="body.attributes", message=message)]
 
 
 def _rows(attributes: AttributesRecord) -> set[int]:

@@ -1,8 +1,9 @@
 """Attribute files as the API shows them, and requests to carry attributes or landmarks."""
 
-from typing import Annotated, Any
+from collections.abc import Iterator
+from typing import Annotated, Any, Final
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from broker.contracts import (
@@ -12,9 +13,10 @@ from broker.contracts import (
     AttributeElement,
     AttributesRecord,
     Direction,
+    Items,
     SurfacePoint,
     TransferKind,
-    integral,
+    Vertex,
 )
 from service.jobs import JobRequest
 from service.names import NamedId, showable
@@ -30,24 +32,30 @@ class Attributes(AttributesRecord):
     """An uploaded file of attributes of the vertices or of the faces of a shape."""
 
 
-def _point_at_vertex(given: Any) -> Any:
-    """A vertex is the point with all of the weight at one corner."""
-    given = integral(given)
-    if isinstance(given, int) and not isinstance(given, bool):
-        return {"vertices": [given] * 3, "weights": [1.0, 0.0, 0.0]}
-    return given
-
-
 def _whole_point(point: SurfacePoint) -> SurfacePoint:
     if abs(sum(point.weights) - 1.0) > _TOLERANCE:
         raise PydanticCustomError("weights", "The sum of `weights` should be 1")
     return point
 
 
+def _form_of_point(given: Any) -> str | None:
+    if isinstance(given, dict | SurfacePoint):
+        return SURFACE_POINT
+    return VERTEX if isinstance(given, int) and not isinstance(given, bool) else None
+
+
+# Tags look like the names Pydantic gives to branches, which are no part of a field's address.
+VERTEX: Final = "choice[vertex]"
+SURFACE_POINT: Final = "choice[point]"
 Point = Annotated[
-    SurfacePoint,
-    BeforeValidator(_point_at_vertex, json_schema_input_type=int | SurfacePoint),
-    AfterValidator(_whole_point),
+    Annotated[Vertex, Tag(VERTEX)]
+    | Annotated[SurfacePoint, AfterValidator(_whole_point), Tag(SURFACE_POINT)],
+    Discriminator(
+        _form_of_point,
+        custom_error_type="point_type",
+        custom_error_message="Input should be the number of a vertex, or an object with `vertices`"
+        " and `weights`, a point in a triangle",
+    ),
 ]
 AttributeName = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
 
@@ -102,11 +110,8 @@ class TransferRequest(JobRequest):
         " the values are of. A face takes the label of most of its area, or the mean over it, and"
         " so does the area round a vertex where values are of faces.",
     )
-    names: tuple[AttributeName, ...] = Field(
+    names: Annotated[tuple[AttributeName, ...], Items(0, 1024)] = Field(
         default=(),
-        max_length=1024,
-        strict=False,
-        fail_fast=True,
         description="Attributes to transfer; of skinning, joints: their weights are divided by"
         " their sum. None for all of the kind.",
     )
@@ -115,32 +120,36 @@ class TransferRequest(JobRequest):
         description="Of skinning weights, how many joints each vertex keeps, those of greatest"
         " weight; null for all. Some programs read no more than four from GLB files.",
     )
-    points: tuple[Point, ...] = Field(
+    points: Annotated[tuple[Point, ...], Items(0, 10_000, fail_fast=True)] = Field(
         default=(),
-        max_length=10_000,
-        strict=False,
-        fail_fast=True,
         description="The landmarks, vertices or points in triangles of the shape that they come"
         ' from; only with `what` "landmarks".',
     )
 
     @property
-    def contradictions(self) -> dict[str, str]:
-        """What is wrong with fields given the others, by field."""
-        wrong: dict[str, str] = {}
+    def surface_points(self) -> tuple[SurfacePoint, ...]:
+        """The landmarks; one at a vertex has all of the weight at one corner."""
+        return tuple(
+            SurfacePoint(vertices=(point,) * 3, weights=(1.0, 0.0, 0.0))
+            if isinstance(point, int)
+            else point
+            for point in self.points
+        )
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """What is wrong with fields given the others: their names, and messages."""
         landmarks = self.what == LANDMARKS
         if landmarks and not self.points:
-            wrong["points"] = '`what` is "landmarks"; give the landmarks'
+            yield "points", '`what` is "landmarks"; give the landmarks'
         if not landmarks and self.points:
-            wrong["points"] = 'only "landmarks" have points; leave them out, or change `what`'
+            yield "points", 'only "landmarks" have points; leave them out, or change `what`'
         for name in ("attributes", "names", "on"):
             if self.what in (LANDMARKS, TEXTURE, UV) and getattr(self, name):
-                wrong[name] = f"not supported with {self.what!r}; leave it out, or change `what`"
+                yield name, f"not supported with {self.what!r}; leave it out, or change `what`"
         if self.influences is not None and self.what != "skinning":
-            wrong["influences"] = "only skinning weights have influences; leave it out"
+            yield "influences", "only skinning weights have influences; leave it out"
         twice = next((one for one in self.names if self.names.count(one) > 1), None)
         if twice is not None:
-            wrong["names"] = f"{twice[:40]!r} is there twice; give each name once"
+            yield "names", f"{twice[:40]!r} is there twice; give each name once"
         if self.on == "faces" and self.what == "skinning":
-            wrong["on"] = "skinning weights are of vertices; leave it out"
-        return wrong
+            yield "on", "skinning weights are of vertices; leave it out"

@@ -40,6 +40,8 @@ _MAX_BYTES = 256 * 1024**2
 """Greatest size of the unpacked arrays. This and the following bound what an archive can make a
 worker allocate; they are far above what learning makes."""
 
+_ZIP = b"PK\x03\x04"
+
 _MAX_LEVELS = 8
 _MAX_DIMENSIONS = 1024
 _MAX_ENERGIES = 1024
@@ -102,7 +104,7 @@ def prototype_from_bytes(data: bytes) -> Prototype:
     PrototypeError
         The bytes are not an archive of a sound prototype.
     """
-    if not data.startswith(b"PK"):  # NumPy would suspect a pickle
+    if not data.startswith(_ZIP):  # NumPy would suspect a pickle
         raise PrototypeError("not a prototype: this is no archive of arrays (.npz)")
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
@@ -134,6 +136,8 @@ def _check_promises(archive: zipfile.ZipFile) -> None:
     for entry in archive.infolist():
         with archive.open(entry) as member:
             shape, kind = array_header(cast(BinaryIO, member))
+        # NumPy would advise to allow pickle.
+        _require(not kind.hasobject, entry.filename)
         _require(kind.itemsize * math.prod(shape) <= entry.file_size, entry.filename)
 
 

@@ -3,8 +3,10 @@
 import hashlib
 import hmac
 import json
+import re
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import isomatch
 import pytest
@@ -67,3 +69,15 @@ def test_valid_signatures() -> None:
 def test_invalid_signatures(body: bytes, stated: Callable[[], str | None], message: str) -> None:
     with pytest.raises(isomatch.InvalidSignature, match=message):
         verify_webhook(body, stated(), SECRET)
+
+
+def test_the_example_of_the_guide() -> None:
+    guide = (Path(__file__).resolve().parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
+    named = dict(re.findall(r"(?m)^\| (secret|TIME|body|HEX) \| `(.+)` \|$", guide))
+    signed = f"{named['TIME']}.{named['body']}".encode()
+    digest = hmac.new(named["secret"].encode(), signed, hashlib.sha256).hexdigest()
+    assert digest == named["HEX"]
+    # To the SDK it is right, but old.
+    stated = f"t={named['TIME']},v1={named['HEX']}"
+    with pytest.raises(isomatch.InvalidSignature, match="within"):
+        verify_webhook(named["body"].encode(), stated, named["secret"])

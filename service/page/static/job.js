@@ -29,8 +29,8 @@ export async function jobView(place, [id, part], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
   const head = h("section", { class: "card" });
   const body = h("div");
-  fill(place, head, body);
   let job = await get(path, signal);
+  fill(place, head, body);
   const untitled = `${kindName(job)} – isomatch`;
   document.title = untitled;
   const status = statusOf(job);
@@ -104,6 +104,7 @@ function statusOf(job) {
     const over = ended(now);
     keepFocus(node, () => { bar.hidden = cancel.hidden = over; });
     bar.value = now.progress.fraction;
+    bar.setAttribute("aria-valuetext", `${now.progress.stage || stateName(now.state)}, ${percent(now.progress.fraction)}`);
     node.dataset.state = now.state;
     share.textContent = now.state === "running" ? percent(now.progress.fraction) : "";
     const text = connected ? sentence(now) : "Connection lost; trying again.";

@@ -18,11 +18,13 @@ export const jobList = (signal, of = null) =>
     of === null ? "No job yet." : null, (job) => jobLine(job, signal), signal);
 
 function jobLine(job, signal) {
-  const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job));
+  // Jobs of the same shapes have the same title: who is told of the link alone is told when it was requested.
+  const about = `about-${job.id}`;
+  const link = h("a", { href: `#/jobs/${job.id}`, "aria-describedby": about }, kindName(job));
   titleOf(job, signal).then((title) => fill(link, title)).catch(() => {});
   const changed = changedParameters(job);
-  return h("li", { "data-job": job.id }, link, " ", changed === "" ? null : h("span", { class: "faint" }, `${changed} `),
-    h("span", { class: "now" }, stateOf(job)));
+  return h("li", { "data-job": job.id }, link, " ", h("span", { id: about },
+    changed === "" ? null : h("span", { class: "faint" }, `${changed} `), h("span", { class: "now" }, stateOf(job))));
 }
 
 const stateOf = (job) => [

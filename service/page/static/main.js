@@ -35,13 +35,16 @@ async function show(event) {
   // "#job=" is the form of shared links.
   const [name, ...rest] = location.hash.replace(/^#job=/, "#/jobs/").replace(/^#\/?/, "").split("/").map(decoded);
   const view = ROUTES[name] ?? nowhere;
-  const place = h("div", { class: "view" });
+  const awaited = h("p", { class: "faint awaited" }, "Loading…");
+  const place = h("div", { class: "view" }, awaited);
   fill(main, place);
   document.title = "isomatch";
   try {
     await view(place, rest.filter(Boolean), signal);
   } catch (error) {
     if (signal.aborted) return;
+    awaited.remove();
+    if (document.title === "isomatch" && error.title) document.title = `${error.title} – isomatch`;
     place.append(problemBox(error), error.passing ? h("p", {}, button("Try again", () => show())) : "");
   }
 }

@@ -24,6 +24,7 @@ export async function matchScenes(place, result, source, target, selection, sign
     fill(place, h("p", { class: "faint" }, reason));
     return null;
   }
+  fill(place, h("div", { class: "pair" }, ["source", "target"].map(() => h("div", { class: "scene-to-come" }))));
   const sides = (await Promise.all([
     learned ? drawnPrototype(source, signal) : drawnShape(source, "source", signal), drawnShape(target, "target", signal),
   ])).filter((side) => side !== null);

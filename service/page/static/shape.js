@@ -35,6 +35,7 @@ export async function shapeView(place, [id], signal) {
     picture, drawn, jobs);
   jobList(signal, id).then((list) => fill(jobs, list), () => {});
   if (!canDraw()) {
+    picture.remove();
     drawn.textContent = NO_WEBGL;
     return;
   }

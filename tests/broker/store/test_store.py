@@ -199,8 +199,8 @@ def test_listings_follow_the_states(store: Store) -> None:
     jobs = {state: in_state(store.jobs, state) for state in JobState}
     stored(store.jobs, new_job(SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)))
     for state, job in jobs.items():
-        assert [record.id for record in store.jobs.page(10, None, state).items] == [job]
-    everything = store.jobs.page(10, None, None)
+        assert [record.id for record in store.jobs.page(10, None, [state]).items] == [job]
+    everything = store.jobs.page(10, None)
     assert {record.id for record in everything.items} == set(jobs.values())
     assert everything.next_cursor is None
     assert {record.kind for record in store.jobs.active()} == {JobKind.MATCH, JobKind.SPECTRUM}
@@ -212,7 +212,7 @@ def test_records_of_ended_jobs_expire_and_leave_the_listings(store: Store) -> No
     assert 0 < store.client.ttl(DEFAULT_KEYS.job_result(job)) <= store.jobs.settings.result_ttl
     assert store.client.ttl(DEFAULT_KEYS.job(stored(store.jobs))) == -1
     store.client.delete(DEFAULT_KEYS.job(job))
-    assert job not in [record.id for record in store.jobs.page(10, None, None).items]
+    assert job not in [record.id for record in store.jobs.page(10, None).items]
     assert store.client.zscore(DEFAULT_KEYS.jobs, job) is None
 
 
@@ -292,12 +292,12 @@ def test_a_cursor_of_another_listing_is_refused(store: Store) -> None:
     for number in range(3):
         accepted(store, numbered(number, seconds=number))
         stored(store.jobs)
-    shapes, jobs = store.shapes.page(1, None), store.jobs.page(1, None, JobState.QUEUED)
+    shapes, jobs = store.shapes.page(1, None), store.jobs.page(1, None, [JobState.QUEUED])
     assert store.shapes.page(1, shapes.next_cursor).items
-    assert store.jobs.page(1, jobs.next_cursor, JobState.QUEUED).items
+    assert store.jobs.page(1, jobs.next_cursor, [JobState.QUEUED]).items
     with pytest.raises(InvalidCursor, match="this listing"):
         store.shapes.page(1, jobs.next_cursor)
-    for filters in ((None, None), (JobState.RUNNING, None), (JobState.QUEUED, JobKind.MATCH)):
+    for filters in (((), None), ([JobState.RUNNING], None), ([JobState.QUEUED], JobKind.MATCH)):
         with pytest.raises(InvalidCursor, match="these filters"):
             store.jobs.page(1, jobs.next_cursor, *filters)
 

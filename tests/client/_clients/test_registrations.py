@@ -135,7 +135,7 @@ def test_the_result_is_printed_and_written_again(
         assert refused.returncode == 2
         assert said in " ".join(refused.stderr.replace("│", " ").split())
     table = run("jobs", "result", job.id, "-o", tmp_path / "b.csv", url=url)
-    there = "has no CSV file; its result has .json, .ply, .obj, .glb, .npz, .png."
+    there = "has no CSV file; it has `result`, which is JSON, result.ply, result.obj, result.glb,"
     assert (table.returncode, there in table.stderr) == (1, True)
     beyond = ("--registered", tmp_path / "c.ply", "--specimen", "1")
     assert run("jobs", "result", job.id, *beyond, url=url).returncode == 1

@@ -127,8 +127,10 @@ def test_files_that_are_refused(client: isomatch.Client, job_id: str) -> None:
     with pytest.raises(TypeError, match=r"landmark as a vertex, or a point .* not 0\.5"):
         client.transfer(job_id, what="landmarks", points=[0.5])  # type: ignore[list-item]
     one = client.upload_attributes(b"a\n" + b"1\n" * len(PARTS), file_type="csv")
-    job = client.transfer(job_id, one, what="scalars", names=["b"])
-    with pytest.raises(isomatch.JobFailed, match="no scalars called 'b'"):
+    with pytest.raises(isomatch.InvalidRequest, match="'b' is not in the file, which has a"):
+        client.transfer(job_id, one, what="scalars", names=["b"])
+    job = client.transfer(job_id, one, what="colors")
+    with pytest.raises(isomatch.JobFailed, match="has no colors"):
         job.result()
 
 

@@ -100,7 +100,7 @@ def test_compare(url: str, meshes: list[Path], tmp_path: Path) -> None:
     assert json.loads(plain.stdout)["labels"] == list("aabbcc")
     wrong = run("compare", *meshes, "--labels", "a,b", url=url)
     assert wrong.returncode == 1
-    assert "2 labels" in wrong.stderr
+    assert "a label for each shape: 6, not 2" in wrong.stderr
     alone = run("compare", meshes[0], url=url)
     assert alone.returncode == 1
     assert "at least 2" in alone.stderr

@@ -3,15 +3,16 @@
 import gzip
 import json
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 import httpx2
 import pytest
-from pydantic import BaseModel
+from pydantic import ValidationError
 
 from service.batches.schemas import BatchRequest
 from service.consistent_maps.schemas import ConsistentMapsRequest
 from service.dissimilarities.schemas import DissimilaritiesRequest
+from service.jobs import JobRequest
 from service.matches.schemas import MatchRequest
 from service.prototypes.schemas import PrototypeRequest
 from service.registrations.schemas import RegistrationRequest
@@ -19,6 +20,15 @@ from service.transfers.schemas import TransferRequest
 from tests.service.conftest import Json, problem
 
 MESH = ("m.off", b"OFF\n")
+REQUESTS = (
+    MatchRequest,
+    BatchRequest,
+    TransferRequest,
+    DissimilaritiesRequest,
+    RegistrationRequest,
+    ConsistentMapsRequest,
+    PrototypeRequest,
+)
 
 
 def ask(http: httpx2.Client, body: bytes, media_type: str = "application/json") -> httpx2.Response:
@@ -36,7 +46,6 @@ def fields(document: Json) -> dict[str, str]:
     [
         ("euclidean", "metric"),
         (3, "metric"),
-        (None, "metric"),
         ({}, "metric.name"),
         ({"name": "euclidean"}, "metric.name"),
         ({"name": ["diffusion"]}, "metric.name"),
@@ -53,7 +62,7 @@ def test_a_structure_is_named_by_its_place(http: httpx2.Client, metric: Any, fie
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
     assert f"body.{field}" in named
     assert len(named) == 1
-    if metric in ("euclidean", 3, None):
+    if metric in ("euclidean", 3):
         assert "'geodesic', 'diffusion', 'commute_time'" in named["body.metric"]
 
 
@@ -70,7 +79,7 @@ def test_parameters_of_a_descriptor_are_named_by_their_place(http: httpx2.Client
 
 @pytest.mark.parametrize(
     ("landmarks", "field", "wanted"),
-    [({1: 2}, "landmarks", "a list of pairs"), ([1, 2], "landmarks.0", "a pair")],
+    [({1: 2}, "landmarks", "a list of pairs"), ([1], "landmarks.0", "a pair")],
 )
 def test_landmarks_are_pairs(http: httpx2.Client, landmarks: Any, field: str, wanted: str) -> None:
     body = {"source": "a", "target": "b", "landmarks": landmarks}
@@ -93,9 +102,11 @@ def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None
     body: dict[str, object] = {"source": "a", "target": "b", "objective": "linf", "points": 33}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
     assert named["body.objective"].startswith('"linf" takes at most 32 points')
-    body |= {"points": 8, "third_order": 0.1}
+    body |= {"occlusion_cost": 1, "third_order": 0.1, "landmarks": [[1, 2]], "partial": "both"}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert "leave `occlusion_cost` out" in named["body.objective"]
     assert named["body.third_order"].startswith('"linf" has no third-order term')
+    assert list(named)[2:] == ["body.partial", "body.landmarks"]
 
 
 @pytest.mark.parametrize(
@@ -123,11 +134,75 @@ def test_the_number_of_invalid_fields_is_reported(http: httpx2.Client) -> None:
     assert "20 of 21" in document["detail"]
 
 
+@pytest.mark.parametrize("request_model", REQUESTS)
+def test_null_stands_for_what_may_be_left_out(request_model: type[JobRequest]) -> None:
+    (example, *_) = cast(Json, request_model.model_config["json_schema_extra"])["examples"]
+    schema = request_model.model_json_schema()
+    nulls = dict.fromkeys(schema["properties"].keys() - example.keys())
+    asked = request_model.model_validate(example | nulls)
+    assert asked == request_model.model_validate(example)
+    assert asked.model_fields_set == example.keys()
+    assert all({"type": "null"} in schema["properties"][name]["anyOf"] for name in nulls)
+    for name in schema["required"]:
+        with pytest.raises(ValidationError, match=name):
+            request_model.model_validate(example | {name: None})
+
+
+def test_every_invalid_item_of_a_list_is_reported(http: httpx2.Client) -> None:
+    body: dict[str, Any] = {"source": "a", "target": "b", "metric": ["euclidean", "geodesic", 3]}
+    body["landmarks"] = [[1, -2], [3, 4], [5, "x"], [-1, -2]]
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    landmarks = [f"body.landmarks.{place}" for place in ("0.1", "2.1", "3.0", "3.1")]
+    assert list(named) == ["body.metric.0", "body.metric.2", *landmarks]
+
+
+def test_the_errors_of_the_longest_lists_take_no_time(http: httpx2.Client) -> None:
+    body = {"shapes": [""] * 2000, "labels": [""] * 2000, "names": [""] * 2000}
+    answer = http.post("/v1/dissimilarities", json=body)
+    assert "20 of 6000" in problem(answer, 422, "invalid-request")["detail"]
+    assert answer.elapsed.total_seconds() < 2.0
+
+
+def test_fields_are_named_by_json_pointers_too(http: httpx2.Client) -> None:
+    def pointers(answer: httpx2.Response) -> dict[str, str | None]:
+        errors = problem(answer, 422, "invalid-request")["errors"]
+        return {error["field"]: error["pointer"] for error in errors}
+
+    body: dict[str, Any] = {"source": "a", "target": "b", "a.b/c~d": 0, "k" * 300: 0}
+    body["metric"] = ["geodesic", {"name": "diffusion", "time": -1}]
+    named = pointers(http.post("/v1/matches", json=body))
+    assert named.pop(f"body.{'k' * 92}...") is None
+    assert named == {"body.metric.1.time": "/metric/1/time", "body.a.b/c~d": "/a.b~1c~0d"}
+    assert pointers(http.post("/v1/matches", json=[])) == {"body": ""}
+    assert pointers(http.get("/v1/jobs?limit=0")) == {"query.limit": None}
+
+
 @pytest.mark.parametrize("media_type", ["text/plain", "application/x-www-form-urlencoded"])
 def test_json_that_is_sent_as_something_else(http: httpx2.Client, media_type: str) -> None:
     answer = ask(http, b'{"source": "a", "target": "b"}', media_type)
-    named = fields(problem(answer, 422, "invalid-request"))
-    assert "application/json" in named["body"]
+    detail = problem(answer, 415, "unsupported-format")["detail"]
+    assert media_type in detail
+    assert "application/json" in detail
+
+
+@pytest.mark.parametrize(
+    "media_type",
+    ["application/json", "application/octet-stream", "application/x-www-form-urlencoded"],
+)
+@pytest.mark.parametrize("path", ["/v1/shapes", "/v1/prototype-archives", "/v1/attributes"])
+def test_uploads_that_are_no_forms(http: httpx2.Client, path: str, media_type: str) -> None:
+    answer = http.post(path, content=b"OFF\n3 1 0\n", headers={"content-type": media_type})
+    detail = problem(answer, 415, "unsupported-format")["detail"]
+    assert f"sent as {media_type}; send multipart/form-data" in detail
+
+
+@pytest.mark.parametrize("path", ["/v1/shapes", "/v1/prototype-archives", "/v1/attributes"])
+def test_files_in_gzip_are_told_to_be_unpacked(http: httpx2.Client, path: str) -> None:
+    for name in ("cat2.off.gz", "cat2.ply"):
+        answer = http.post(path, files={"file": (name, gzip.compress(b"OFF\n"))})
+        refused = problem(answer, 415, "unsupported-format")
+        assert "compressed by gzip; unpack it" in refused["detail"]
+        assert fields(refused) == {"body.file": refused["detail"]}
 
 
 @pytest.mark.parametrize(
@@ -160,7 +235,8 @@ def test_forms_beyond_all_bounds(http: httpx2.Client, form: Any) -> None:
 
 
 def test_a_field_where_a_file_should_be(http: httpx2.Client) -> None:
-    named = fields(problem(http.post("/v1/shapes", data={"file": "x"}), 422, "invalid-request"))
+    answer = http.post("/v1/shapes", files={"file": (None, "x")})
+    named = fields(problem(answer, 422, "invalid-request"))
     assert "filename" in named["body.file"]
 
 
@@ -171,26 +247,24 @@ def test_bodies_of_very_many_values_are_refused_before_they_are_parsed(
     assert "100000 values" in problem(ask(http, body), 413, "upload-too-large")["detail"]
 
 
-@pytest.mark.parametrize(
-    "request_model",
-    [
-        MatchRequest,
-        BatchRequest,
-        TransferRequest,
-        DissimilaritiesRequest,
-        RegistrationRequest,
-        ConsistentMapsRequest,
-        PrototypeRequest,
-    ],
-)
-def test_every_list_of_a_request_is_bounded_and_fails_fast(request_model: type[BaseModel]) -> None:
-    lists = [
-        schema
-        for schema in schemas_within(request_model.__pydantic_core_schema__)
-        if schema.get("type") == "tuple" and "variadic_item_index" in schema
+@pytest.mark.parametrize("request_model", REQUESTS)
+def test_the_length_of_every_list_of_a_request_is_checked_before_its_items(
+    request_model: type[JobRequest],
+) -> None:
+    within = list(schemas_within(request_model.__pydantic_core_schema__))
+    lists = [one for one in within if is_list(one)]
+    checked = [
+        one["schema"]
+        for one in within
+        if one.get("type") == "function-before" and is_list(one["schema"])
     ]
     assert lists
-    assert all(schema.get("max_length") and schema.get("fail_fast") for schema in lists)
+    assert len(checked) == len(lists)
+    assert all(one["max_length"] <= 2000 or one["fail_fast"] for one in checked)
+
+
+def is_list(schema: dict[str, Any]) -> bool:
+    return schema.get("type") == "tuple" and "variadic_item_index" in schema
 
 
 def schemas_within(value: Any) -> Iterator[dict[str, Any]]:

@@ -54,6 +54,10 @@ def test_a_repeated_request_makes_no_second_job(http: httpx2.Client, api: Api) -
     assert [answer.status_code for answer in (first, again, other)] == [202] * 3
     assert first.json() == again.json()
     assert first.headers["location"] == again.headers["location"]
+    replayed = [
+        answer.headers.get("idempotency-replayed") for answer in (first, again, other, none)
+    ]
+    assert replayed == [None, "true", None, None]
     assert len({answer.json()["id"] for answer in (first, other, none)}) == 3
     assert len(listed(http)) == 3
     for key in api.store.client.scan_iter(DEFAULT_KEYS.idempotency_record("*")):

@@ -153,7 +153,7 @@ def test_listings_are_filtered(http: httpx2.Client, api: Api) -> None:
     for wrong in ({"kind": "turn"}, {"kind": "picture"}, {"shape": "a b"}, {"state": "gone"}):
         (field,) = wrong
         document = problem(http.get("/v1/jobs", params=wrong), 422, "invalid-request")
-        assert document["errors"][0]["field"] == f"query.{field}"
+        assert document["errors"][0]["field"].startswith(f"query.{field}")
         assert "JobKind" not in document["errors"][0]["message"]
 
 
@@ -183,6 +183,6 @@ def test_listing_by_shape_is_forgotten_with_its_jobs(http: httpx2.Client, api: A
     api.store.client.delete(DEFAULT_KEYS.job(job["id"]))
     assert ids(http, shape=A) == [other["id"]]
     assert api.store.client.zcard(key) == 1
-    (found,) = api.store.jobs.page(9, None, JobState.QUEUED, of=A).items
+    (found,) = api.store.jobs.page(9, None, [JobState.QUEUED], of=A).items
     assert found.id == other["id"]
     assert api.store.jobs.page(1, None, of=A, kind=JobKind.PROTOTYPE).items == ()

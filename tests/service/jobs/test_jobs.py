@@ -175,6 +175,12 @@ def test_listing(http: httpx2.Client, shapes: Shapes) -> None:
         items = http.get("/v1/jobs", params={"state": state}).json()["items"]
         assert {item["state"] for item in items} <= {state}
         assert ids[0] in [item["id"] for item in items] or state != "succeeded"
+    either: Json = {"state": ["failed", "succeeded"], "limit": 2}
+    page = http.get("/v1/jobs", params=either).json()
+    assert {item["state"] for item in page["items"]} <= {"failed", "succeeded"}
+    further = http.get("/v1/jobs", params=either | {"cursor": page["next_cursor"]}).json()
+    found = [item["id"] for item in (*page["items"], *further["items"])]
+    assert found[:3] == ids[::-1]
 
 
 def test_a_second_match_computes_no_spectrum(http: httpx2.Client, upload: Upload, api: Api) -> None:
@@ -344,19 +350,19 @@ def test_shapes_that_cannot_be_matched_are_named(
 
 
 BAD_PARAMETERS = {
-    "points": (2, 257, "many", 8.5, None, True, "8"),
+    "points": (2, 257, "many", 8.5, True, "8"),
     "coarse_points": (2, 11),
     "level_factor": (1, 5),
     "oversampling": (0, 9),
     "rho": (1.0, 4.5),
-    "metric": ("euclidean", [], ["geodesic", "euclidean"], 3, None, {"name": "diffusion", "t": 1}),
+    "metric": ("euclidean", [], ["geodesic", "euclidean"], 3, {"name": "diffusion", "t": 1}),
     "descriptor": ("shot", [], ["none"] * 9),
     "beta": (-1, 1e7),
     "first_order_weight": (-0.1,),
-    "third_order": (-0.1, 1e7, "0.1", None),
+    "third_order": (-0.1, 1e7, "0.1"),
     "occlusion_cost": (-1, 0),
     "diffusion_time": (0.01,),
-    "normalise": (None, 0),
+    "normalise": ("no", 0),
     "eigenpairs": (9, 301),
     "alternatives": (0, 33),
     "objective": ("l1", 2),
@@ -417,4 +423,4 @@ def test_bad_waits(http: httpx2.Client, query: dict[str, str]) -> None:
 )
 def test_bad_listings(http: httpx2.Client, name: str, value: str) -> None:
     document = problem(http.get("/v1/jobs", params={name: value}), 422, "invalid-request")
-    assert document["errors"][0]["field"] == f"query.{name}"
+    assert document["errors"][0]["field"].startswith(f"query.{name}")

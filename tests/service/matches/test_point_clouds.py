@@ -43,6 +43,7 @@ def test_a_cloud_is_matched_with_its_mesh(http: httpx2.Client, upload: Upload) -
         {
             "field": "body.on",
             "message": 'a point cloud has no faces that could take values; give "vertices"',
+            "pointer": "/on",
         }
     ]
     for on, state in ((None, "failed"), ("vertices", "succeeded")):

@@ -38,12 +38,23 @@ def test_files_are_sent_once(http: httpx2.Client, path: str) -> None:
     assert first.status_code == 200
     assert first.headers["content-encoding"] == "gzip"
     assert first.headers["x-content-type-options"] == "nosniff"
-    if path in FILES:
+    if path in FILES and path != "index.html":
         assert first.content == (STATIC / path).read_bytes()
     etag = first.headers["etag"]
     assert etag.startswith('W/"')
     again = http.get(f"/page/{path}", headers={"If-None-Match": etag})
     assert (again.status_code, again.content) == (304, b"")
+
+
+def test_modules_are_asked_for_at_once(http: httpx2.Client) -> None:
+    """All that `main.js` imports, and nothing else."""
+    found, left = set(), {"main.js"}
+    while left:
+        found.add(path := left.pop())
+        text = (STATIC / path).read_text(encoding="utf-8")
+        left |= {*re.findall(r'from "\./([\w.]+)"', text)} - found
+    loaded = re.findall(r'<link rel="modulepreload" href="/page/([\w.]+)">', http.get("/").text)
+    assert loaded == sorted(found)
 
 
 def test_only_these_files(http: httpx2.Client) -> None:

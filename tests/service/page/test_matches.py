@@ -540,6 +540,7 @@ def test_a_job_is_cancelled(page: Page, api: Api) -> None:
     page.get_by_role("button", name="Match", exact=True).click()
     bar = page.get_by_role("progressbar", name="Progress")
     bar.wait_for()
+    expect(bar).to_have_attribute("aria-valuetext", re.compile(r"^\S.*, \d+ %$"))
     # What is announced has the state and the stage, and not each percentage.
     announced = page.get_by_role("main").locator("[aria-live], [role=status]")
     expect(announced.filter(has=bar)).to_have_count(0)

@@ -270,6 +270,13 @@ def test_recent_jobs_are_kept_up_to_date(page: Page, idle: Api) -> None:
     page.goto("/#/")
     first, second = (page.locator(f"[data-job='{job}']") for job in jobs)
     expect(second.locator(".state")).to_have_text("waiting")
+    # Links of the same text are told apart, and large enough for fingers.
+    told = [line.get_by_role("link").get_attribute("aria-describedby") for line in (first, second)]
+    assert told == [f"about-{job}" for job in jobs]
+    expect(page.locator(f"#about-{jobs[1]}")).to_contain_text("waiting")
+    box = second.get_by_role("link").bounding_box()
+    assert box is not None
+    assert box["height"] >= 24
     second.get_by_role("link").focus()
     httpx2.delete(f"{idle.url}/v1/jobs/{jobs[0]}").raise_for_status()
     page.clock.fast_forward(4_000)

@@ -225,6 +225,8 @@ def test_a_key_is_asked_for_and_kept(browser: Browser, server: EmbeddedServer) -
 def test_addresses_of_nothing(page: Page) -> None:
     page.goto("/#/jobs/none")
     expect(page.get_by_role("alert")).to_contain_text("There is no job none.")
+    expect(page).to_have_title("No such job – isomatch")
+    expect(page.locator(".card, .awaited")).to_have_count(0)
     page.goto("/#/nowhere")
     expect(page.get_by_role("main")).to_contain_text("This address does not exist")
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import httpx2
 import pytest
-from playwright.sync_api import Page, Route
+from playwright.sync_api import Page, Route, expect
 
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import eventually, seen_by
@@ -12,6 +12,8 @@ from tests.worker.figures import blob, off
 
 VIEWS = [[0, 0, 1], [1, 0, 0], [0, 1, 0]], [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
 """Views that no rule would choose: x is up."""
+
+SAID = "s => getComputedStyle(s, '::after').content"
 
 
 @pytest.fixture
@@ -34,6 +36,33 @@ def test_a_shape(page: Page, shapes: list[str]) -> None:
     scene = page.get_by_label("in three dimensions")
     eventually(lambda: scene.evaluate("s => s.data !== undefined"))
     assert seen_by(scene, VIEWS[0], blob(2, 760)[0])
+
+
+def test_what_is_awaited_is_said(page: Page, shapes: list[str]) -> None:
+    """On a slow link, before modules, the record and plotly.js have arrived."""
+    waiting: list[Route] = []
+
+    def hold(route: Route) -> None:
+        waiting.append(route)
+
+    def held() -> Route:
+        while not waiting:
+            page.wait_for_timeout(20)  # routes are called meanwhile
+        return waiting.pop()
+
+    page.route(f"**/v1/shapes/{shapes[0]}", hold)
+    page.route("**/plotly.min.js", hold)
+    page.goto(f"/#/shapes/{shapes[0]}")
+    expect(page.get_by_role("main")).to_have_text("Loading…")
+    held().fallback()
+    scene = page.get_by_label("in three dimensions")
+    script = held()
+    assert scene.evaluate(SAID) == '"Loading the drawing"'
+    box = scene.bounding_box()
+    script.continue_()
+    eventually(lambda: scene.evaluate("s => s.data !== undefined"))
+    assert scene.evaluate(SAID) == "none"
+    assert scene.bounding_box() == box
 
 
 def test_shapes_for_landmarks(page: Page, shapes: list[str]) -> None:

@@ -76,6 +76,7 @@ SURFACE = member(0)[1].astype(np.int32)
 HOSTILE: dict[str, Callable[[bytes], bytes]] = {
     "nothing": lambda archive: b"",
     "text": lambda archive: b"Dear reader,\nthis is a letter.\n",
+    "of a damaged beginning": lambda archive: archive[:2] + b"\1\1" + archive[4:],
     "truncated": lambda archive: archive[: len(archive) // 2],
     "one array": lambda archive: _single(np.zeros(3)),
     "another archive": lambda archive: _archive(a=np.zeros(3)),
@@ -154,7 +155,9 @@ def test_unreadable_archives_are_refused_and_leave_nothing(
     name = hashlib.sha256(data).hexdigest()[:32]
     document = problem(send(http, data), 422, "unusable-prototype")
     assert len(document["detail"]) > 10
+    # Advice of NumPy, which is not for those who upload.
     assert "trust" not in document["detail"]
+    assert "pickle" not in document["detail"]
     problem(http.get(f"/v1/prototypes/p-{name}"), 404, "prototype-not-found")
     nothing_is_left(api.store, name)
 

@@ -233,7 +233,7 @@ def test_examples_are_matched_or_their_correspondences_given(
         ({"name": ""}, "body.name", "at least 1"),
         ({"reference": "nobody"}, "body.reference", "one of `shapes`"),
         ({"correspondence": "guess"}, "body.correspondence", "matches"),
-        ({"correspondences": [[0, 1, 2]]}, "body.correspondences", "1 lists"),
+        ({"correspondences": [[0, 1, 2]]}, "body.correspondences", "2, not 1"),
         ({"correspondences": [[0, 1, 2], [0, 1, 2, 3]]}, "body.correspondences", "has 4"),
         ({"correspondences": [[0, 1, 2], [0, 1, 1]]}, "body.correspondences", "repeats"),
         ({"correspondences": [[0, 1, -2], [0, 1, 2]]}, "body.correspondences.0.2", "0"),
@@ -282,6 +282,7 @@ def test_correspondences_at_no_vertex_are_refused_by_their_place(
         {
             "field": "body.correspondences.1.1",
             "message": "162 is no vertex of shapes.1, whose file has vertices 0 to 161",
+            "pointer": "/correspondences/1/1",
         }
     ]
 
@@ -415,7 +416,7 @@ def test_a_learned_prototype_has_no_picture(http: httpx2.Client, examples: list[
 
 def test_uploads_as_they_should_be_and_not(http: httpx2.Client, archive: bytes) -> None:
     assert send(http, archive).status_code in (200, 201)
-    refused = http.post("/v1/prototype-archives", data={"name": "nothing"})
+    refused = http.post("/v1/prototype-archives", files={"name": (None, "nothing")})
     assert problem(refused, 422, "invalid-request")["errors"][0]["field"] == "body.file"
     answer = send(http, archive, "a\nb")
     assert problem(answer, 422, "invalid-request")["errors"][0]["field"] == "body.name"

@@ -157,6 +157,7 @@ def test_a_template_of_too_few_vertices_is_named(
         {
             "field": "body.template",
             "message": "it has fewer than 4 vertices, too few to be registered",
+            "pointer": "/template",
         }
     ]
 

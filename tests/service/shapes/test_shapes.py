@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime
+from typing import Any
 from urllib.parse import urlsplit
 
 import httpx2
@@ -168,7 +169,26 @@ def test_the_file_comes_back(http: httpx2.Client, upload: Upload) -> None:
     shape = upload(data)["id"]
     answer = http.get(f"/v1/shapes/{shape}/mesh")
     assert answer.content == data
-    assert f"{shape}.off" in answer.headers["content-disposition"]
+    assert 'filename="mesh.off"' in answer.headers["content-disposition"]
+    assert answer.headers["etag"] == f'"{shape}"'
+    known = {"If-None-Match": f'"other", "{shape}"'}
+    unchanged = http.get(f"/v1/shapes/{shape}/mesh", headers=known)
+    assert (unchanged.status_code, unchanged.content) == (304, b"")
+    assert unchanged.headers["cache-control"] == "private, no-cache"
+    http.delete(f"/v1/shapes/{shape}")
+    problem(http.get(f"/v1/shapes/{shape}/mesh", headers=known), 404, "shape-not-found")
+
+
+def test_an_upload_need_not_wait_for_its_validation(http: httpx2.Client) -> None:
+    answer = http.post("/v1/shapes?wait=0", files={"file": ("a.off", blob_file(3, seed=26))})
+    assert answer.status_code in (201, 202)
+    assert answer.headers["location"].startswith("/v1/shapes/")
+    if answer.status_code == 202:
+        http.get(answer.json()["links"]["self"], params={"wait": 60})
+    assert http.get(answer.headers["location"]).json()["vertices"] == 642
+    for wait in ("-1", "61", "nan"):
+        answer = http.post(f"/v1/shapes?wait={wait}", files={"file": ("a.off", WHOLE)})
+        problem(answer, 422, "invalid-request")
 
 
 def test_deleting(http: httpx2.Client, upload: Upload) -> None:
@@ -216,7 +236,8 @@ def test_unreadable_meshes_are_refused_and_leave_nothing(
     name = hashlib.sha256(data).hexdigest()[:32]
     document = problem(post(http, data), 422, "unusable-mesh")
     assert len(document["detail"]) > 10
-    assert document["errors"] == [{"field": "body.file", "message": document["detail"]}]
+    (error,) = document["errors"]
+    assert (error["field"], error["message"]) == ("body.file", document["detail"])
     problem(http.get(f"/v1/shapes/{name}"), 404, "shape-not-found")
     nothing_is_left(api.store, name)
 
@@ -258,13 +279,31 @@ def test_other_formats_that_lie(http: httpx2.Client) -> None:
 def test_unknown_formats(http: httpx2.Client, filename: str) -> None:
     document = problem(post(http, WHOLE, filename), 415, "unsupported-format")
     assert ".ply" in document["detail"]
+    assert document["errors"][0]["field"] == "body.file"
+
+
+@pytest.mark.parametrize(
+    ("file", "data"),
+    [
+        (("blob", WHOLE), {"name": "cat0.off"}),
+        (("blob", WHOLE, "model/off"), {}),
+        (("blob", WHOLE, "model/off; charset=utf-8"), {"name": "a cat"}),
+        (("cat.off", WHOLE, "model/obj"), {"name": "cat.stl"}),
+    ],
+)
+def test_the_format_of_a_file_without_a_name(
+    http: httpx2.Client, file: Any, data: dict[str, str]
+) -> None:
+    shape = http.post("/v1/shapes", files={"file": file}, data=data).json()
+    assert shape["file_type"] == "off"
+    assert shape["name"] == data.get("name", file[0])
 
 
 def test_uploads_that_are_none(http: httpx2.Client) -> None:
     document = problem(http.post("/v1/shapes"), 422, "invalid-request")
     assert document["errors"][0]["field"] == "body.file"
-    problem(http.post("/v1/shapes", data={"file": "text"}), 422, "invalid-request")
-    problem(http.post("/v1/shapes", json={"file": "text"}), 422, "invalid-request")
+    problem(http.post("/v1/shapes", data={"file": "text"}), 415, "unsupported-format")
+    problem(http.post("/v1/shapes", json={"file": "text"}), 415, "unsupported-format")
     broken = {"content-type": "multipart/form-data; boundary=x"}
     problem(http.post("/v1/shapes", content=b"--y\r\n", headers=broken), 400, "bad-request")
     empty_name = http.post("/v1/shapes", files={"file": ("a.off", WHOLE)}, data={"name": "n" * 201})
@@ -273,7 +312,10 @@ def test_uploads_that_are_none(http: httpx2.Client) -> None:
 
 def test_a_file_over_the_limit(http: httpx2.Client) -> None:
     document = problem(post(http, bytes(LIMIT + 1)), 413, "upload-too-large")
-    assert document["detail"] == "The limit is 2.097 MB."
+    assert (
+        document["detail"]
+        == "The limit is 2.097 MB; send a smaller file, such as a simplified mesh."
+    )
     problem(post(http, bytes(20 * LIMIT)), 413, "upload-too-large")
     # Right at the limit it is looked at, and found to be no mesh.
     problem(post(http, bytes(LIMIT)), 422, "unusable-mesh")

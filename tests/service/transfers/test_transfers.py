@@ -281,6 +281,7 @@ def test_landmarks_at_no_vertex_are_refused_and_those_without_an_image_missing(
             "field": f"body.points.{place}",
             "message": f"{vertex} is no vertex of the match's source, whose file has vertices 0 to"
             f" {COUNT - 1}",
+            "pointer": f"/points/{place}",
         }
         for place, vertex in ((1, COUNT), (2, 10**6))
     ]
@@ -452,6 +453,7 @@ def test_rows_of_corners_are_refused_with_both_numbers(http: httpx2.Client, matc
             "field": "body.attributes",
             "message": f"it has {3 * MESH.n_faces:,} rows, but body.ply has {COUNT:,} vertices and"
             f" {MESH.n_faces:,} faces; give a row for each vertex, or for each face",
+            "pointer": "/attributes",
         }
     ]
 
@@ -589,14 +591,13 @@ def test_segmentations_of_polygons(http: httpx2.Client, upload: Upload) -> None:
     ("asked", "field"),
     [
         ({"what": "colors"}, "body.what"),
-        ({"what": "scalars", "names": ["b"]}, "body.names"),
-        ({"what": "skinning", "names": ["b"]}, "body.names"),
+        ({"what": "labels", "names": ["half"]}, "body.names"),
     ],
 )
 def test_what_a_file_does_not_have(
     http: httpx2.Client, match: str, asked: Json, field: str
 ) -> None:
-    uploaded = send(http, table(a=range(COUNT))).json()["id"]
+    uploaded = send(http, table(a=range(COUNT), half=[0.5] * COUNT)).json()["id"]
     failed = carried(http, match, attributes=uploaded, **asked)
     assert failed["state"] == "failed"
     assert failed["error"]["status"] == 422
@@ -618,10 +619,34 @@ def test_labels_of_an_obj_in_a_zip(
     assert set(found["group"]) == {"front", "hind"}
 
 
-def test_a_shape_without_attributes_of_its_own(http: httpx2.Client, match: str) -> None:
-    failed = carried(http, match, what="colors", direction="target_to_source")
-    assert failed["error"]["errors"][0]["field"] == "body.attributes"
-    assert "upload a file of attributes" in failed["error"]["detail"]
+@pytest.mark.parametrize("what", ["scalars", "skinning"])
+def test_names_that_a_file_does_not_have_are_refused_at_once(
+    http: httpx2.Client, match: str, what: str
+) -> None:
+    uploaded = send(http, table(a=range(COUNT))).json()["id"]
+    asked = {"match": match, "what": what, "attributes": uploaded, "names": ["a", "b", "c"]}
+    refused = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+    assert [error["field"] for error in refused["errors"]] == ["body.names.1", "body.names.2"]
+    assert refused["errors"][0]["message"] == "'b' is not in the file, which has a"
+
+
+def test_a_shape_without_attributes_of_its_own_is_refused_at_once(
+    http: httpx2.Client, match: str, upload: Upload
+) -> None:
+    off = upload(blob_file(2, seed=92))["id"]
+    for job, what, reason in (
+        (match, "colors", "the shape has no colours"),
+        (matched(http, (off, off), points=8, dense=True)["id"], "scalars", "off files have none"),
+    ):
+        asked = {"match": job, "what": what, "direction": "target_to_source"}
+        refused = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+        (error,) = refused["errors"]
+        assert error["field"] == "body.attributes"
+        assert error["message"] == f"{reason}; upload a file of attributes"
+
+
+def at_match(message: str) -> Json:
+    return {"field": "body.match", "message": message, "pointer": "/match"}
 
 
 def test_matches_that_cannot_be_carried_along(
@@ -629,14 +654,13 @@ def test_matches_that_cannot_be_carried_along(
 ) -> None:
     answer = http.post("/v1/transfers", json={"match": "no-such", "what": "colors"})
     refused = problem(answer, 422, "invalid-request")
-    assert refused["errors"] == [{"field": "body.match", "message": "There is no job no-such."}]
+    assert refused["errors"] == [at_match("There is no job no-such.")]
     sparse = matched(http, pair, points=12)["id"]
     answer = http.post("/v1/transfers", json={"match": sparse, "what": "colors"})
     refused = problem(answer, 422, "invalid-request")
-    assert refused["errors"][0] == {
-        "field": "body.match",
-        "message": "it has no map of all vertices; match again with `dense`",
-    }
+    assert refused["errors"][0] == at_match(
+        "it has no map of all vertices; match again with `dense`"
+    )
     job = http.get(f"/v1/jobs/{sparse}").json()
     assert export(http, job, "csv").is_success
     refused = problem(export(http, job, "glb"), 409, "job-without-result")
@@ -658,7 +682,7 @@ def test_a_match_of_a_deleted_shape_is_named(http: httpx2.Client, upload: Upload
     http.delete(f"/v1/shapes/{shape}")
     answer = http.post("/v1/transfers", json={"match": match, "what": "colors"})
     refused = problem(answer, 422, "unknown-shape")
-    assert refused["errors"] == [{"field": "body.match", "message": f"there is no shape {shape}"}]
+    assert refused["errors"] == [at_match(f"there is no shape {shape}")]
 
 
 def test_files_are_the_same_by_their_bytes_and_can_be_deleted(
