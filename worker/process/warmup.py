@@ -22,6 +22,7 @@ from solver.mesh import TriangleMesh, read_mesh, simplified, triangle_mesh
 from solver.mesh.formats import Element, Property, binary_columns
 from solver.optimisation.dual_decomposition import DualDecomposition
 from solver.optimisation.exact import m_best_solutions
+from solver.optimisation.minimum_cut import minimum_cut
 from solver.optimisation.primal import IteratedLocalSearch
 from solver.prototype import (
     PrototypeOptions,
@@ -118,6 +119,8 @@ def _map(mesh: TriangleMesh) -> None:
     assert found is not None
     found.dense(Control())
     refine_by_gmds(found, np.arange(3), 0, _one_of_each())
+    # By which candidates are crossed in doubt.
+    minimum_cut(np.zeros(1, dtype=np.int64), np.ones(1, dtype=np.int64), np.ones(1), 0, 1)
 
 
 def _two(mesh: TriangleMesh) -> tuple[TriangleMesh, TriangleMesh]:
