@@ -7,6 +7,8 @@ from typing import Annotated, Final, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
+from broker.contracts import file_type_of
+
 ID_PATTERN: Final = r"^[0-9a-zA-Z_-]{1,64}$"
 """Ids of shapes, prototypes and jobs."""
 
@@ -20,6 +22,12 @@ _UNSHOWABLE: Final = re.compile(
     "[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 """Control characters, line breaks, marks of writing direction, and lone surrogates."""
+
+
+def without_ending(name: str) -> str:
+    """Return the name of a file without the ending of its format, if that is one of meshes."""
+    file_type = file_type_of(name)
+    return name if file_type is None else name[: -len(file_type) - 1]
 
 
 def showable(name: str) -> str:

@@ -107,7 +107,7 @@ class SurfacePoint(BaseModel):
     )
 
 
-class CarriedPoint(SurfacePoint):
+class TransferredPoint(SurfacePoint):
     """Image of a landmark."""
 
     position: tuple[float, float, float] | None = Field(
@@ -142,7 +142,7 @@ class TransferResult(ResultDocument):
     attributes: tuple[AttributeSummary, ...] = Field(
         description="What was transferred; the values are in the files of the job."
     )
-    points: tuple[CarriedPoint | None, ...] | None = Field(
+    points: tuple[TransferredPoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
         " partner; null for other kinds."
     )

@@ -8,10 +8,10 @@ from broker.contracts import (
     MatchPayload,
     RegistrationPayload,
     TransferPayload,
-    file_type_of,
     is_prototype,
 )
 from service.dependencies import Service
+from service.names import without_ending
 
 _PART: Final = 35
 """Characters at the beginning and the end of a long name that are kept."""
@@ -81,8 +81,6 @@ def _stem(service: Service, shape: str, given: str | None) -> str:
     """Name of a shape or a prototype without the ending of its file, or else its id."""
     kept = service.store.prototypes if is_prototype(shape) else service.store.shapes
     record = None if given else kept.get(shape)
-    name = given or (shape if record is None else record.name)
-    file_type = file_type_of(name)
-    stem = name if file_type is None else name[: -len(file_type) - 1]
+    stem = without_ending(given or (shape if record is None else record.name))
     # Names of two shapes have to fit; they may differ at the end alone.
     return stem if len(stem) <= _LONGEST else f"{stem[:_PART]}...{stem[-_PART:]}"

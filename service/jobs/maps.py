@@ -1,7 +1,5 @@
 """``/v1/jobs/{id}/map.csv``: maps of all vertices as tables."""
 
-import gzip
-import json
 from typing import Annotated, Final
 
 from fastapi import APIRouter, Query, Response
@@ -24,7 +22,7 @@ from service.http import (
     binary_file,
 )
 from service.jobs.download_names import map_stem
-from service.jobs.lookup import JobId, job_with_result, packed_result
+from service.jobs.lookup import JobId, job_with_result
 from service.jobs.pictures import NEEDED, presented
 from service.jobs.results import ERRORS
 
@@ -57,29 +55,20 @@ async def get_map(
     ascending order, and the vertex of the file of the second that is nearest to its image. Vertices
     that are not mapped are left out. Of a match, `source=1&target=0` is the inverse map.
     """
-    await run_in_threadpool(_check, context.service, job_id, source, target)
+    await run_in_threadpool(_check_places, context.service, job_id, source, target)
     stem = await run_in_threadpool(map_stem, context.service, job_id, source, target)
     payload = PicturePayload(job=job_id, format="csv", pair=(source, target))
     return await presented(context, payload, _CSV, attachment(stem, "csv"))
 
 
-def _check(service: Service, job_id: str, source: int, target: int) -> None:
-    """Refuse a map that there is not."""
-    record = job_with_result(service, job_id)
-    count = _shape_count(record)
+def _check_places(service: Service, job_id: str, source: int, target: int) -> None:
+    """Refuse places of no shape. What the result has is checked before the table is made."""
+    count = _shape_count(job_with_result(service, job_id))
     for name, place in (("source", source), ("target", target)):
         if place >= count:
             _refuse(name, f"there are {count} shapes, counted from 0")
     if source == target:
         _refuse("target", "it is that of `source`; give another shape")
-    packed = packed_result(service, job_id)
-    if isinstance(record.payload, ConsistentMapsPayload):
-        pairs = json.loads(gzip.decompress(packed))["pairs"]
-        first, second = sorted((source, target))
-        # The pairs (0, 1), (0, 2), ..., (1, 2), ...
-        pair = pairs[first * (2 * count - first - 1) // 2 + second - first - 1]
-        if not pair["mapped"]:
-            raise JobWithoutResult(f"These shapes were not mapped: {pair['reason']}.")
 
 
 def _shape_count(record: JobRecord) -> int:

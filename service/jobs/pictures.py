@@ -13,6 +13,7 @@ from broker.contracts import (
     MOST_SPECIMENS,
     TEXTURE,
     UV,
+    ConsistentMapsPayload,
     FieldProblem,
     JobKind,
     JobRecord,
@@ -250,7 +251,8 @@ def _check(service: Service, payload: PicturePayload) -> None:
         packed_result(service, payload.job)
         return
     if payload.pair is not None:
-        return  # checked by the endpoint
+        _check_mapped(record, packed_result(service, payload.job), payload.pair)
+        return
     if record.kind is not JobKind.MATCH:
         _refuse_options_of_matches(payload)
     known = record.kind.exports if payload.format != "png" else ("png",) * record.kind.has_picture
@@ -266,6 +268,18 @@ def _check(service: Service, payload: PicturePayload) -> None:
         # A table of vertices names shapes, and shows none.
         if payload.format != "csv":
             _check_match(service, record.payload)
+
+
+def _check_mapped(record: JobRecord, packed: bytes, pair: tuple[int, int]) -> None:
+    """Refuse the map of two shapes of a collection that do not fit."""
+    if not isinstance(record.payload, ConsistentMapsPayload):
+        return
+    count, (first, second) = len(record.payload.shapes), sorted(pair)
+    # The pairs (0, 1), (0, 2), ..., (1, 2), ...
+    place = first * (2 * count - first - 1) // 2 + second - first - 1
+    found = json.loads(gzip.decompress(packed))["pairs"][place]
+    if not found["mapped"]:
+        raise JobWithoutResult(f"These shapes were not mapped: {found['reason']}.")
 
 
 def _without(record: JobRecord, file_type: str) -> str:

@@ -22,6 +22,7 @@ from service.http import (
     strong_etag,
     weak_etag,
 )
+from service.names import without_ending
 from service.shapes.lookup import SHAPES, ShapeId
 
 router = APIRouter(prefix="/v1/shapes", tags=["shapes"])
@@ -61,9 +62,7 @@ def get_mesh(shape: ShapeId, service: ServiceOf, if_none_match: IfNoneMatch = No
     file = None if record is None else service.store.shapes.open_upload(shape)
     if record is None or file is None:
         raise SHAPES.missing(service, shape)
-    ending = f".{record.file_type}"
-    stem = record.name[: -len(ending)] if record.name.lower().endswith(ending) else record.name
-    headers |= attachment(stem, record.file_type)
+    headers |= attachment(without_ending(record.name), record.file_type)
     return file_response(file, "application/octet-stream", headers)
 
 

@@ -10,12 +10,12 @@ from broker.contracts import (
     LANDMARKS,
     TEXTURE,
     UV,
-    CarriedPoint,
     DenseCorrespondence,
     InverseCorrespondence,
     SurfacePoint,
     TransferKind,
     TransferPayload,
+    TransferredPoint,
 )
 from broker.store import Store
 from solver import registration, transfer
@@ -102,7 +102,7 @@ class Carried:
     """Carried attributes, or the images of landmarks."""
 
     attributes: tuple[Attribute, ...] = ()
-    points: tuple[CarriedPoint | None, ...] | None = None
+    points: tuple[TransferredPoint | None, ...] | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -267,11 +267,11 @@ def _images(
     points: Sequence[SurfacePoint],
     dense: registration.DenseCorrespondence,
     target: TriangleMesh,
-) -> tuple[CarriedPoint | None, ...]:
+) -> tuple[TransferredPoint | None, ...]:
     """Images of landmarks; None for those with a corner that the map does not have."""
     corners = np.array([one.vertices for one in points], dtype=np.int64)
     mapped = np.isin(corners, dense.source).all(axis=1)
-    images: list[CarriedPoint | None] = [None] * len(points)
+    images: list[TransferredPoint | None] = [None] * len(points)
     if not mapped.any():
         return tuple(images)
     weights = np.array([one.weights for one in points])
@@ -284,7 +284,7 @@ def _images(
     positions = np.einsum("kc,kcd->kd", shares, places)
     carried = zip(found.corners.tolist(), shares.tolist(), positions.tolist(), strict=True)
     for place, (three, share, position) in zip(np.flatnonzero(mapped), carried, strict=True):
-        images[place] = CarriedPoint(
+        images[place] = TransferredPoint(
             vertices=tuple(three), weights=tuple(share), position=tuple(position)
         )
     return tuple(images)
