@@ -1,8 +1,8 @@
 """Jobs of the asynchronous client."""
 
 import os
-from collections.abc import AsyncGenerator, Callable
-from contextlib import aclosing, closing
+from collections.abc import AsyncGenerator
+from contextlib import aclosing
 from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
@@ -17,8 +17,6 @@ from isomatch._operations.batches import EndedMatches
 from isomatch._operations.results import View
 from isomatch._results import (
     BatchProgress,
-    Drawable,
-    DrawableSource,
     Match,
     PartialDissimilarities,
     Result,
@@ -66,9 +64,7 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         if not self.finished:
             wait = jobs.watch_job if progress else jobs.wait_for_job
             await self._transport.run(wait(self.id, limit, self._remember))
-        found = await self._transport.run(results.get_result(self._record))
-        found._drawables = DrawableSource(_blocking_request(self._transport))
-        return cast(ResultT, found)
+        return cast(ResultT, await self._transport.run(results.get_result(self._record)))
 
     @documented_as(Job.plot)
     async def plot(self, *, alternative: int | None = None) -> "Figure":
@@ -128,15 +124,3 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         for match in ended.others(await self.matches()):
             record = await self._transport.run(jobs.get_job(match))
             yield await AsyncJob(self._transport, record).wait()
-
-
-def _blocking_request(transport: AsyncTransport) -> Callable[[str], Drawable] | None:
-    """Return a function that requests a shape or prototype; None with a custom transport."""
-    if transport.is_custom:
-        return None
-
-    def request(drawn_id: str) -> Drawable:
-        with closing(transport.blocking()) as blocking:
-            return blocking.run(results.get_drawable(drawn_id))
-
-    return request

@@ -8,7 +8,7 @@ import anyio
 import httpx2
 
 from isomatch._http.answers import undecodable
-from isomatch._http.blocking_transport import BlockingTransport, advance
+from isomatch._http.blocking_transport import advance
 from isomatch._http.httpx_arguments import client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
@@ -34,8 +34,6 @@ class AsyncTransport:
     ) -> None:
         self._timeout = timeout
         self.retries = retries
-        self.is_custom = transport is not None
-        self._address = base_url, api_key
         self._http = httpx2.AsyncClient(transport=transport, **client_arguments(base_url, api_key))
 
     async def run(self, operation: Operation[ResultT]) -> ResultT:
@@ -87,11 +85,6 @@ class AsyncTransport:
             page = await self.run(ask(page.next_cursor))
             for item in page.items:
                 yield item
-
-    def blocking(self) -> BlockingTransport:
-        """Return a new blocking transport to the same service, over the network."""
-        base_url, api_key = self._address
-        return BlockingTransport(base_url, self._timeout, self.retries, None, api_key)
 
     async def close(self) -> None:
         """Close the connections."""

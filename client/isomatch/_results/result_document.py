@@ -33,7 +33,8 @@ class DrawableSource:
     Attributes
     ----------
     request
-        The function; None where results are read from a file, or unpickled.
+        The function; None in results of an asynchronous client, which this would block, and in
+        those that were read from a file or unpickled.
     """
 
     request: Callable[[str], Drawable] | None = field(default=None, compare=False)
@@ -107,10 +108,9 @@ class Result(Answer):
         drawn
             The shapes and the prototype that :meth:`drawn_ids` names, from
             :meth:`isomatch.Client.geometry` and :meth:`isomatch.Client.prototype_points`. By
-            default they are requested from the service, while the client is open. A result of an
-            :class:`isomatch.AsyncClient` then blocks the event loop, which ``await job.plot()``
-            does not, and cannot use a custom `transport`. For a result that was read from a file or
-            unpickled, give them.
+            default they are requested from the service, while the client is open. Give them for a
+            result that was read from a file, unpickled, or requested by an
+            :class:`isomatch.AsyncClient`, of which ``await job.plot()`` requests them.
         alternative
             Solution of a match: 0 for its own pairs, j for ``alternatives[j - 1]``. By default
             the one that was refined or densely extended, or else 0.
