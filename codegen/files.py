@@ -20,6 +20,7 @@ def contract_files() -> dict[str, str]:
 def derived_files() -> dict[str, str]:
     """Return the files that follow from all contracts, by path from the root of the repository."""
     # Imported late: while the contracts are being generated, there may be none to import.
+    from codegen.blocking_client import blocking_client
     from codegen.client import command_line_options, parameter_types
     from codegen.described import JOBS, described
     from codegen.documents import DOCUMENTS, document
@@ -36,5 +37,6 @@ def derived_files() -> dict[str, str]:
         "client/isomatch/_cli/parameter_options.py": formatted(command_line_options(jobs)),
         "service/page/static/parameters.js": form_parameters(jobs),
         "docs/gallery.ipynb": notebook((ROOT / "docs/gallery.md").read_text(encoding="utf-8")),
+        **blocking_client(ROOT),
         **{path: document((ROOT / path).read_text(encoding="utf-8"), jobs) for path in DOCUMENTS},
     }

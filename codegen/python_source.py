@@ -39,5 +39,16 @@ def docstring(text: str) -> str:
 
 def formatted(source: str) -> str:
     """Return source in the house style."""
-    command = [sys.executable, "-m", "ruff", "format", "-"]
+    return _by_ruff("format", "-", source=source)
+
+
+def sorted_imports(source: str, path: str) -> str:
+    """Return the source of a module with its imports in the order of the house style."""
+    return _by_ruff(
+        "check", "--fix", "--quiet", "--select=I", f"--stdin-filename={path}", "-", source=source
+    )
+
+
+def _by_ruff(*arguments: str, source: str) -> str:
+    command = [sys.executable, "-m", "ruff", *arguments]
     return subprocess.run(command, input=source, capture_output=True, text=True, check=True).stdout

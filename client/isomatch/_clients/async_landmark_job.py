@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-from isomatch._clients.documented_as import documented_as
-from isomatch._clients.landmark_job import LandmarkJob
 from isomatch._http import AsyncTransport
 from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, Placements
 from isomatch._models import JobRecord, Shape
@@ -11,7 +9,13 @@ from isomatch._operations import landmarks
 
 
 class AsyncLandmarkJob:
-    """The methods are those of :class:`isomatch.LandmarkJob`, awaited."""
+    """The matches of one or several templates with a specimen.
+
+    Attributes
+    ----------
+    job_ids
+        Ids of the matches, in the order of the templates.
+    """
 
     def __init__(
         self,
@@ -27,16 +31,36 @@ class AsyncLandmarkJob:
         self._placed = placed
         self.job_ids = tuple(record.id for record in records)
 
-    @documented_as(LandmarkJob.result)
     async def result(
         self, progress: bool = False, timeout: float | None = None
     ) -> CarriedLandmarks:
+        """Wait until the matches have ended, and return the landmarks of the specimen.
+
+        Parameters
+        ----------
+        progress
+            Show a progress bar for each match on the standard error.
+        timeout
+            Seconds to wait for each match; None for no limit.
+
+        Raises
+        ------
+        JobFailed, JobCancelled
+            A match failed or was cancelled.
+        WaitTimeout
+            A match did not end within `timeout` seconds; it continues.
+        ValueError
+            The templates do not have the same landmarks, or some are in another coordinate system
+            (LPS or RAS) than their mesh; or `timeout` is negative.
+        TypeError
+            `timeout` is no number.
+        """
         return await self._transport.run(
             landmarks.get_landmarks(
                 self._templates, self._specimen, self.job_ids, self._placed, progress, timeout
             )
         )
 
-    @documented_as(LandmarkJob.cancel)
     async def cancel(self) -> None:
+        """Cancel the matches that are queued or running."""
         await self._transport.run(landmarks.cancel_landmarks(self.job_ids))

@@ -2,7 +2,7 @@
 
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from contextlib import AsyncExitStack, aclosing, closing
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import anyio
 import httpx2
@@ -15,6 +15,9 @@ from isomatch._http.retries import with_retries
 from isomatch._models import Page
 
 ResultT = TypeVar("ResultT")
+
+WITHDRAWAL: Final = 30.0
+"""Seconds for which a task that was cancelled may withdraw what it has started."""
 
 
 class AsyncTransport:
@@ -47,6 +50,12 @@ class AsyncTransport:
             return result
         finally:
             repeated.close()
+
+    async def run_shielded(self, operation: Operation[ResultT]) -> ResultT | None:
+        """Run an operation also in a task that is cancelled, for at most `WITHDRAWAL` seconds."""
+        with anyio.move_on_after(WITHDRAWAL, shield=True):
+            return await self.run(operation)
+        return None
 
     async def stream(self, operation: Stream[ResultT]) -> AsyncGenerator[ResultT]:
         """Run a stream and yield its items as they arrive."""

@@ -64,6 +64,10 @@ class BlockingTransport:
         finally:
             repeated.close()
 
+    def run_shielded(self, operation: Operation[ResultT]) -> ResultT:
+        """Run an operation; that of :class:`AsyncTransport` does so in a cancelled task, too."""
+        return self.run(operation)
+
     def stream(self, operation: Stream[ResultT]) -> Generator[ResultT]:
         """Run a stream and yield its items as they arrive."""
         lines: Iterator[str] = iter(())

@@ -1,72 +1,44 @@
-"""The sync and the async client have one surface."""
+"""The asynchronous and the blocking client have one surface, documented in the source of both."""
 
+import ast
 import inspect
 import re
-from collections.abc import Callable
-from typing import Any
 
 import isomatch
 import pytest
 
 PAIRS: list[tuple[type, type]] = [
-    (isomatch.Client, isomatch.AsyncClient),
-    (isomatch.Job, isomatch.AsyncJob),
-    (isomatch.LandmarkJob, isomatch.AsyncLandmarkJob),
+    (isomatch.AsyncClient, isomatch.Client),
+    (isomatch.AsyncJob, isomatch.Job),
+    (isomatch.AsyncLandmarkJob, isomatch.LandmarkJob),
 ]
-LATER = [(r"\bAsync(Client|Job|LandmarkJob)\b", r"\1"), (r"\bAsync(Iterator|Generator)\b", r"\1")]
-BLOCKING = {
-    "base_url",
-    "__init__",
-    "__repr__",
-    "shapes",
-    "prototypes",
-    "jobs",
-    "events",
-    "ended_matches",
-}
-"""What an async client does without being awaited."""
+
+Method = ast.FunctionDef | ast.AsyncFunctionDef
 
 
-def public(kind: type) -> dict[str, Any]:
-    return {
-        name: value
-        for name, value in inspect.getmembers(kind)
-        if not name.startswith("_") or name == "__init__"
-    }
+def source(kind: type) -> ast.ClassDef:
+    (defined,) = ast.parse(inspect.getsource(kind)).body
+    assert isinstance(defined, ast.ClassDef)
+    return defined
 
 
-def blocking(text: object) -> str:
-    """An annotation of the async client as the sync one has it."""
-    plain = text if isinstance(text, str) else inspect.formatannotation(text)
-    for pattern, replacement in LATER:
-        plain = re.sub(pattern, replacement, plain)
-    return re.sub(
-        r"isomatch\._clients\.async_(client|job|landmark_job)\.", r"isomatch._clients.\1.", plain
-    )
+def public(kind: type) -> dict[str, Method]:
+    """The methods that a class defines itself, as an editor reads them."""
+    methods = (one for one in source(kind).body if isinstance(one, Method))
+    return {one.name: one for one in methods if not one.name.startswith("_")}
 
 
-def form(method: Callable[..., Any]) -> list[tuple[object, ...]]:
-    signature = inspect.signature(method)
-    parameters = [
-        (given.name, given.kind, given.default, blocking(given.annotation))
-        for given in signature.parameters.values()
-        if given.name != "transport"
-    ]
-    return [*parameters, ("return", blocking(signature.return_annotation))]
+@pytest.mark.parametrize(("later", "blocking"), PAIRS)
+def test_methods_have_docstrings_and_the_same_parameters(later: type, blocking: type) -> None:
+    twins = public(blocking)
+    assert len(twins) > 1
+    assert list(twins) == list(public(later))
+    for name, method in public(later).items():
+        assert ast.get_docstring(method), name
+        assert ast.get_docstring(twins[name]), name
+        assert ast.unparse(method.args) == ast.unparse(twins[name].args), name
 
 
-@pytest.mark.parametrize(("sync", "later"), PAIRS)
-def test_names_signatures_and_documentation_are_the_same(sync: type, later: type) -> None:
-    ours, theirs = public(sync), public(later)
-    assert set(ours) == set(theirs)
-    assert len(ours) > 2
-    for name, value in ours.items():
-        twin = theirs[name]
-        if name != "__init__" and callable(value):
-            assert inspect.getdoc(value), name
-            assert inspect.getdoc(value) == inspect.getdoc(twin), name
-            assert inspect.iscoroutinefunction(twin) == (name not in BLOCKING), name
-        if callable(value):
-            assert form(value) == form(twin), name
-        elif isinstance(value, property):
-            assert value is twin, name
+@pytest.mark.parametrize("kind", [blocking for _, blocking in PAIRS])
+def test_the_blocking_client_awaits_nothing_and_names_no_tasks(kind: type) -> None:
+    assert not re.search(r"(?i)async|await|\btasks?\b", inspect.getsource(kind))
