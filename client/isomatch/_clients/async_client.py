@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import AsyncIterator, Iterable, Sequence
-from functools import partial
 from types import TracebackType
 from typing import Unpack
 from weakref import WeakKeyDictionary
@@ -14,7 +13,11 @@ from isomatch._clients.async_landmark_job import AsyncLandmarkJob
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import (
     AsyncTransport,
+    Operation,
     api_key_or_default,
+    delete,
+    fetch,
+    fetch_bytes,
     retries_given,
     timeout_given,
     url_or_default,
@@ -23,8 +26,10 @@ from isomatch._landmarks import LandmarkTemplate, Placements
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
+    JobRecord,
     JobState,
     MatchParameters,
+    Page,
     PrototypeParameters,
     Shape,
     Structures,
@@ -35,11 +40,13 @@ from isomatch._operations import (
     landmarks,
     prototypes,
     registrations,
-    shapes,
     transfers,
 )
+from isomatch._operations.listings import list_all
+from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.shapes import get_geometry
 from isomatch._operations.transfers import AttributesSource, Landmark
-from isomatch._operations.uploads import UPLOAD_TIMEOUT
+from isomatch._operations.uploads import UPLOAD_TIMEOUT, upload
 from isomatch._results import (
     Batch,
     ConsistentMaps,
@@ -55,7 +62,7 @@ from isomatch._results import (
     Transfer,
     TransferKind,
 )
-from isomatch._upload import FileSource, MeshSource
+from isomatch._upload import FileSource, MeshSource, attribute_file, mesh_file, prototype_file
 from isomatch._webhooks import Webhook
 
 
@@ -141,6 +148,9 @@ class AsyncClient:
         """Close the connections; the client cannot be used afterwards."""
         await self._transport.close()
 
+    async def _started(self, start: Operation[JobRecord]) -> AsyncJob:
+        return AsyncJob(self._transport, await self._transport.run(start))
+
     async def upload(
         self,
         shape: MeshSource,
@@ -179,7 +189,9 @@ class AsyncClient:
         OSError, TypeError, ValueError
             `shape` is none of the above, or cannot be read.
         """
-        return await self._transport.run(shapes.upload_shape(shape, name, file_type, timeout))
+        return await self._transport.run(
+            upload(Shape, "/v1/shapes", mesh_file(shape, file_type), name, timeout)
+        )
 
     async def shape(self, shape_id: str) -> Shape:
         """Return a shape by its id.
@@ -189,11 +201,13 @@ class AsyncClient:
         NotFound
             There is no shape with this id.
         """
-        return await self._transport.run(shapes.get_shape(shape_id))
+        return await self._transport.run(fetch(Shape, path_to("shapes", shape_id)))
 
     def shapes(self) -> AsyncIterator[Shape]:
         """Iterate over all shapes, newest first."""
-        return self._transport.pages(shapes.list_shapes)
+        return self._transport.stream(
+            list_all(Page[Shape], "/v1/shapes", self._transport.retries, {})
+        )
 
     async def mesh(self, shape: Shape | str) -> bytes:
         """Return the file of a shape as it was uploaded.
@@ -203,7 +217,7 @@ class AsyncClient:
         NotFound
             The id is unknown.
         """
-        return await self._transport.run(shapes.get_mesh(shape))
+        return await self._transport.run(fetch_bytes(path_to("shapes", shape, "mesh")))
 
     async def geometry(self, shape: Shape | str) -> Geometry:
         """Return the surface of a shape as arrays.
@@ -213,7 +227,7 @@ class AsyncClient:
         NotFound
             The id is unknown.
         """
-        return await self._transport.run(shapes.get_geometry(shape))
+        return await self._transport.run(get_geometry(shape))
 
     async def delete_shape(self, shape: Shape | str) -> None:
         """Delete a shape.
@@ -223,11 +237,11 @@ class AsyncClient:
         NotFound
             The id is unknown.
         """
-        await self._transport.run(shapes.delete_shape(shape))
+        await self._transport.run(delete(path_to("shapes", shape)))
 
     async def structures(self) -> Structures:
         """Return the metrics and descriptors of the service, and their parameters."""
-        return await self._transport.run(shapes.list_structures())
+        return await self._transport.run(fetch(Structures, "/v1/structures"))
 
     async def match(
         self,
@@ -271,8 +285,10 @@ class AsyncClient:
             The name of a file was given, not its shape, or `idempotency_key` or a number cannot be
             sent.
         """
-        start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
-        return AsyncJob(self._transport, await self._transport.run(start))
+        start = jobs.start_match(
+            source, target, parameters=parameters, webhook=webhook, key=idempotency_key
+        )
+        return await self._started(start)
 
     async def match_many(
         self,
@@ -316,8 +332,10 @@ class AsyncClient:
         TypeError
             A parameter does not exist.
         """
-        start = batches.start_batch(source, targets, parameters, webhook, idempotency_key)
-        return AsyncJob(self._transport, await self._transport.run(start))
+        start = batches.start_batch(
+            source, targets, parameters=parameters, webhook=webhook, key=idempotency_key
+        )
+        return await self._started(start)
 
     async def upload_attributes(
         self,
@@ -356,7 +374,7 @@ class AsyncClient:
             `values` cannot be read.
         """
         return await self._transport.run(
-            transfers.upload_attributes(values, name, file_type, timeout)
+            upload(Attributes, "/v1/attributes", attribute_file(values, file_type), name, timeout)
         )
 
     async def delete_attributes(self, attributes: Attributes | str) -> None:
@@ -367,7 +385,7 @@ class AsyncClient:
         NotFound
             The id is unknown.
         """
-        await self._transport.run(transfers.delete_attributes(attributes))
+        await self._transport.run(delete(path_to("attributes", attributes)))
 
     async def transfer(
         self,
@@ -432,16 +450,16 @@ class AsyncClient:
         start = transfers.start_transfer(
             match,
             values,
-            what,
-            direction,
-            on,
-            names,
-            influences,
-            points,
-            webhook,
-            idempotency_key,
+            what=what,
+            direction=direction,
+            on=on,
+            names=names,
+            influences=influences,
+            points=points,
+            webhook=webhook,
+            key=idempotency_key,
         )
-        return AsyncJob(self._transport, await self._transport.run(start))
+        return await self._started(start)
 
     async def landmarks(
         self,
@@ -547,9 +565,14 @@ class AsyncClient:
         >>> found.save_meshes("out")
         """
         start = registrations.start_registration(
-            template, shapes, scale, largest_component, webhook, idempotency_key
+            template,
+            shapes,
+            scale=scale,
+            largest_component=largest_component,
+            webhook=webhook,
+            key=idempotency_key,
         )
-        return AsyncJob(self._transport, await self._transport.run(start))
+        return await self._started(start)
 
     async def consistent_maps(
         self,
@@ -590,8 +613,10 @@ class AsyncClient:
         >>> found.map(0, 2)  # vertices of the third shape, a row for each vertex of the first
         >>> [shape.name for shape in found.shapes if not shape.fits]
         """
-        start = jobs.start_consistent_maps(shapes, largest_component, webhook, idempotency_key)
-        return AsyncJob(self._transport, await self._transport.run(start))
+        start = jobs.start_consistent_maps(
+            shapes, largest_component=largest_component, webhook=webhook, key=idempotency_key
+        )
+        return await self._started(start)
 
     async def dissimilarities(
         self,
@@ -631,8 +656,10 @@ class AsyncClient:
         TypeError
             A parameter does not exist.
         """
-        start = jobs.start_dissimilarities(shapes, labels, parameters, webhook, idempotency_key)
-        return AsyncJob(self._transport, await self._transport.run(start))
+        start = jobs.start_dissimilarities(
+            shapes, labels, parameters=parameters, webhook=webhook, key=idempotency_key
+        )
+        return await self._started(start)
 
     async def learn_prototype(
         self,
@@ -681,9 +708,15 @@ class AsyncClient:
             A parameter does not exist.
         """
         start = prototypes.start_prototype(
-            shapes, correspondences, name, reference, parameters, webhook, idempotency_key
+            shapes,
+            correspondences,
+            name=name,
+            reference=reference,
+            parameters=parameters,
+            webhook=webhook,
+            key=idempotency_key,
         )
-        return AsyncJob(self._transport, await self._transport.run(start))
+        return await self._started(start)
 
     async def prototype(self, prototype_id: str) -> Prototype:
         """Return a prototype by its id.
@@ -693,11 +726,13 @@ class AsyncClient:
         NotFound
             There is no prototype with this id.
         """
-        return await self._transport.run(prototypes.get_prototype(prototype_id))
+        return await self._transport.run(fetch(Prototype, path_to("prototypes", prototype_id)))
 
     def prototypes(self, name: str | None = None) -> AsyncIterator[Prototype]:
         """Iterate over all prototypes, or the versions of one name, newest first."""
-        return self._transport.pages(partial(prototypes.list_prototypes, name=name))
+        return self._transport.stream(
+            list_all(Page[Prototype], "/v1/prototypes", self._transport.retries, {"name": name})
+        )
 
     async def download_prototype(
         self, prototype: Prototype | str, path: str | os.PathLike[str]
@@ -752,7 +787,9 @@ class AsyncClient:
         OSError, TypeError
             `archive` cannot be read.
         """
-        return await self._transport.run(prototypes.upload_prototype(archive, name, timeout))
+        return await self._transport.run(
+            upload(Prototype, "/v1/prototype-archives", prototype_file(archive), name, timeout)
+        )
 
     async def delete_prototype(self, prototype: Prototype | str) -> None:
         """Delete a prototype.
@@ -762,7 +799,7 @@ class AsyncClient:
         NotFound
             The id is unknown.
         """
-        await self._transport.run(prototypes.delete_prototype(prototype))
+        await self._transport.run(delete(path_to("prototypes", prototype)))
 
     async def job(self, job_id: str) -> AsyncJob:
         """Return a job by its id.
@@ -795,6 +832,8 @@ class AsyncClient:
         of
             Only those of this shape or prototype.
         """
-        listing = partial(jobs.list_jobs, state=state, kind=kind, of=of)
-        records = self._transport.pages(listing)
+        query = {"state": state, "kind": kind, "shape": None if of is None else id_of(of)}
+        records = self._transport.stream(
+            list_all(Page[JobRecord], "/v1/jobs", self._transport.retries, query)
+        )
         return (AsyncJob(self._transport, record) async for record in records)

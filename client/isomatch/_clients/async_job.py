@@ -9,10 +9,11 @@ from typing_extensions import TypeVar
 
 from isomatch._clients.drawables import with_drawables
 from isomatch._clients.recorded_job import RecordedJob
-from isomatch._http import AsyncTransport, wait_given
+from isomatch._http import AsyncTransport, delete, fetch, wait_given
 from isomatch._models import JobRecord
-from isomatch._operations import batches, jobs, registrations, results
+from isomatch._operations import jobs, registrations, results
 from isomatch._operations.batches import EndedMatches
+from isomatch._operations.request_parts import path_to
 from isomatch._operations.results import View
 from isomatch._results import (
     BatchProgress,
@@ -131,7 +132,7 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         Gone
             It has expired, or was deleted before.
         """
-        await self._transport.run(results.delete_result(self.id))
+        await self._transport.run(delete(path_to("jobs", self.id, "result")))
 
     async def cancel(self) -> Self:
         """Cancel the job if it is queued or running, and return it."""
@@ -244,7 +245,9 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         Conflict
             The job failed, or does not compare a collection.
         """
-        return await self._transport.run(results.get_partial(self.id))
+        return await self._transport.run(
+            fetch(PartialDissimilarities, path_to("dissimilarities", self.id))
+        )
 
     async def matches(self) -> BatchProgress:
         """Return the matches of a batch as they are now.
@@ -254,7 +257,7 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         Conflict
             The job is not a batch.
         """
-        return await self._transport.run(batches.get_batch(self.id))
+        return await self._transport.run(fetch(BatchProgress, path_to("batches", self.id)))
 
     async def ended_matches(self) -> AsyncGenerator["AsyncJob[Match]"]:
         """Yield the job of each match of a batch as soon as it has ended, until all have.

@@ -6,7 +6,6 @@ edited by hand.
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from functools import partial
 from types import TracebackType
 from typing import Unpack
 from weakref import WeakKeyDictionary
@@ -18,7 +17,11 @@ from isomatch._clients.landmark_job import LandmarkJob
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import (
     BlockingTransport,
+    Operation,
     api_key_or_default,
+    delete,
+    fetch,
+    fetch_bytes,
     retries_given,
     timeout_given,
     url_or_default,
@@ -27,8 +30,10 @@ from isomatch._landmarks import LandmarkTemplate, Placements
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
+    JobRecord,
     JobState,
     MatchParameters,
+    Page,
     PrototypeParameters,
     Shape,
     Structures,
@@ -39,11 +44,13 @@ from isomatch._operations import (
     landmarks,
     prototypes,
     registrations,
-    shapes,
     transfers,
 )
+from isomatch._operations.listings import list_all
+from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.shapes import get_geometry
 from isomatch._operations.transfers import AttributesSource, Landmark
-from isomatch._operations.uploads import UPLOAD_TIMEOUT
+from isomatch._operations.uploads import UPLOAD_TIMEOUT, upload
 from isomatch._results import (
     Batch,
     ConsistentMaps,
@@ -59,7 +66,7 @@ from isomatch._results import (
     Transfer,
     TransferKind,
 )
-from isomatch._upload import FileSource, MeshSource
+from isomatch._upload import FileSource, MeshSource, attribute_file, mesh_file, prototype_file
 from isomatch._webhooks import Webhook
 
 
@@ -142,6 +149,9 @@ class Client:
         """Close the connections; the client cannot be used afterwards."""
         self._transport.close()
 
+    def _started(self, start: Operation[JobRecord]) -> Job:
+        return Job(self._transport, self._transport.run(start))
+
     def upload(
         self,
         shape: MeshSource,
@@ -180,7 +190,9 @@ class Client:
         OSError, TypeError, ValueError
             `shape` is none of the above, or cannot be read.
         """
-        return self._transport.run(shapes.upload_shape(shape, name, file_type, timeout))
+        return self._transport.run(
+            upload(Shape, "/v1/shapes", mesh_file(shape, file_type), name, timeout)
+        )
 
     def shape(self, shape_id: str) -> Shape:
         """Return a shape by its id.
@@ -190,11 +202,13 @@ class Client:
         NotFound
             There is no shape with this id.
         """
-        return self._transport.run(shapes.get_shape(shape_id))
+        return self._transport.run(fetch(Shape, path_to("shapes", shape_id)))
 
     def shapes(self) -> Iterator[Shape]:
         """Iterate over all shapes, newest first."""
-        return self._transport.pages(shapes.list_shapes)
+        return self._transport.stream(
+            list_all(Page[Shape], "/v1/shapes", self._transport.retries, {})
+        )
 
     def mesh(self, shape: Shape | str) -> bytes:
         """Return the file of a shape as it was uploaded.
@@ -204,7 +218,7 @@ class Client:
         NotFound
             The id is unknown.
         """
-        return self._transport.run(shapes.get_mesh(shape))
+        return self._transport.run(fetch_bytes(path_to("shapes", shape, "mesh")))
 
     def geometry(self, shape: Shape | str) -> Geometry:
         """Return the surface of a shape as arrays.
@@ -214,7 +228,7 @@ class Client:
         NotFound
             The id is unknown.
         """
-        return self._transport.run(shapes.get_geometry(shape))
+        return self._transport.run(get_geometry(shape))
 
     def delete_shape(self, shape: Shape | str) -> None:
         """Delete a shape.
@@ -224,11 +238,11 @@ class Client:
         NotFound
             The id is unknown.
         """
-        self._transport.run(shapes.delete_shape(shape))
+        self._transport.run(delete(path_to("shapes", shape)))
 
     def structures(self) -> Structures:
         """Return the metrics and descriptors of the service, and their parameters."""
-        return self._transport.run(shapes.list_structures())
+        return self._transport.run(fetch(Structures, "/v1/structures"))
 
     def match(
         self,
@@ -272,8 +286,10 @@ class Client:
             The name of a file was given, not its shape, or `idempotency_key` or a number cannot be
             sent.
         """
-        start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
-        return Job(self._transport, self._transport.run(start))
+        start = jobs.start_match(
+            source, target, parameters=parameters, webhook=webhook, key=idempotency_key
+        )
+        return self._started(start)
 
     def match_many(
         self,
@@ -317,8 +333,10 @@ class Client:
         TypeError
             A parameter does not exist.
         """
-        start = batches.start_batch(source, targets, parameters, webhook, idempotency_key)
-        return Job(self._transport, self._transport.run(start))
+        start = batches.start_batch(
+            source, targets, parameters=parameters, webhook=webhook, key=idempotency_key
+        )
+        return self._started(start)
 
     def upload_attributes(
         self,
@@ -356,7 +374,9 @@ class Client:
         OSError, TypeError, ValueError
             `values` cannot be read.
         """
-        return self._transport.run(transfers.upload_attributes(values, name, file_type, timeout))
+        return self._transport.run(
+            upload(Attributes, "/v1/attributes", attribute_file(values, file_type), name, timeout)
+        )
 
     def delete_attributes(self, attributes: Attributes | str) -> None:
         """Delete a file of attributes.
@@ -366,7 +386,7 @@ class Client:
         NotFound
             The id is unknown.
         """
-        self._transport.run(transfers.delete_attributes(attributes))
+        self._transport.run(delete(path_to("attributes", attributes)))
 
     def transfer(
         self,
@@ -431,16 +451,16 @@ class Client:
         start = transfers.start_transfer(
             match,
             values,
-            what,
-            direction,
-            on,
-            names,
-            influences,
-            points,
-            webhook,
-            idempotency_key,
+            what=what,
+            direction=direction,
+            on=on,
+            names=names,
+            influences=influences,
+            points=points,
+            webhook=webhook,
+            key=idempotency_key,
         )
-        return Job(self._transport, self._transport.run(start))
+        return self._started(start)
 
     def landmarks(
         self,
@@ -546,9 +566,14 @@ class Client:
         >>> found.save_meshes("out")
         """
         start = registrations.start_registration(
-            template, shapes, scale, largest_component, webhook, idempotency_key
+            template,
+            shapes,
+            scale=scale,
+            largest_component=largest_component,
+            webhook=webhook,
+            key=idempotency_key,
         )
-        return Job(self._transport, self._transport.run(start))
+        return self._started(start)
 
     def consistent_maps(
         self,
@@ -589,8 +614,10 @@ class Client:
         >>> found.map(0, 2)  # vertices of the third shape, a row for each vertex of the first
         >>> [shape.name for shape in found.shapes if not shape.fits]
         """
-        start = jobs.start_consistent_maps(shapes, largest_component, webhook, idempotency_key)
-        return Job(self._transport, self._transport.run(start))
+        start = jobs.start_consistent_maps(
+            shapes, largest_component=largest_component, webhook=webhook, key=idempotency_key
+        )
+        return self._started(start)
 
     def dissimilarities(
         self,
@@ -630,8 +657,10 @@ class Client:
         TypeError
             A parameter does not exist.
         """
-        start = jobs.start_dissimilarities(shapes, labels, parameters, webhook, idempotency_key)
-        return Job(self._transport, self._transport.run(start))
+        start = jobs.start_dissimilarities(
+            shapes, labels, parameters=parameters, webhook=webhook, key=idempotency_key
+        )
+        return self._started(start)
 
     def learn_prototype(
         self,
@@ -680,9 +709,15 @@ class Client:
             A parameter does not exist.
         """
         start = prototypes.start_prototype(
-            shapes, correspondences, name, reference, parameters, webhook, idempotency_key
+            shapes,
+            correspondences,
+            name=name,
+            reference=reference,
+            parameters=parameters,
+            webhook=webhook,
+            key=idempotency_key,
         )
-        return Job(self._transport, self._transport.run(start))
+        return self._started(start)
 
     def prototype(self, prototype_id: str) -> Prototype:
         """Return a prototype by its id.
@@ -692,11 +727,13 @@ class Client:
         NotFound
             There is no prototype with this id.
         """
-        return self._transport.run(prototypes.get_prototype(prototype_id))
+        return self._transport.run(fetch(Prototype, path_to("prototypes", prototype_id)))
 
     def prototypes(self, name: str | None = None) -> Iterator[Prototype]:
         """Iterate over all prototypes, or the versions of one name, newest first."""
-        return self._transport.pages(partial(prototypes.list_prototypes, name=name))
+        return self._transport.stream(
+            list_all(Page[Prototype], "/v1/prototypes", self._transport.retries, {"name": name})
+        )
 
     def download_prototype(self, prototype: Prototype | str, path: str | os.PathLike[str]) -> None:
         """Write a prototype to a NumPy file, ``.npz``.
@@ -749,7 +786,9 @@ class Client:
         OSError, TypeError
             `archive` cannot be read.
         """
-        return self._transport.run(prototypes.upload_prototype(archive, name, timeout))
+        return self._transport.run(
+            upload(Prototype, "/v1/prototype-archives", prototype_file(archive), name, timeout)
+        )
 
     def delete_prototype(self, prototype: Prototype | str) -> None:
         """Delete a prototype.
@@ -759,7 +798,7 @@ class Client:
         NotFound
             The id is unknown.
         """
-        self._transport.run(prototypes.delete_prototype(prototype))
+        self._transport.run(delete(path_to("prototypes", prototype)))
 
     def job(self, job_id: str) -> Job:
         """Return a job by its id.
@@ -792,6 +831,8 @@ class Client:
         of
             Only those of this shape or prototype.
         """
-        listing = partial(jobs.list_jobs, state=state, kind=kind, of=of)
-        records = self._transport.pages(listing)
+        query = {"state": state, "kind": kind, "shape": None if of is None else id_of(of)}
+        records = self._transport.stream(
+            list_all(Page[JobRecord], "/v1/jobs", self._transport.retries, query)
+        )
         return (Job(self._transport, record) for record in records)

@@ -1,7 +1,7 @@
 """HTTP: steps of operations and their answers without I/O, and the two transports that do I/O."""
 
 from isomatch._http.address import DEFAULT_URL, URL_VARIABLE, api_key_or_default, url_or_default
-from isomatch._http.answers import checked, delete, parsed, send, unexpected
+from isomatch._http.answers import checked, delete, fetch, fetch_bytes, parsed, send, unexpected
 from isomatch._http.async_transport import AsyncTransport
 from isomatch._http.blocking_transport import BlockingTransport
 from isomatch._http.events import EventReader
@@ -23,6 +23,7 @@ from isomatch._http.retries import (
     Failures,
     failure_message,
     retry_after,
+    with_retries,
 )
 
 __all__ = [
@@ -47,6 +48,8 @@ __all__ = [
     "checked",
     "delete",
     "failure_message",
+    "fetch",
+    "fetch_bytes",
     "parsed",
     "retries_given",
     "retry_after",
@@ -55,4 +58,5 @@ __all__ = [
     "unexpected",
     "url_or_default",
     "wait_given",
+    "with_retries",
 ]

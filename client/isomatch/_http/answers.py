@@ -30,6 +30,22 @@ def send(call: Call) -> Operation[httpx2.Response]:
     return checked(response)
 
 
+def fetch(kind: type[ModelT], path: str) -> Operation[ModelT]:
+    """Request the resource at a path as a model.
+
+    Raises
+    ------
+    ConnectionFailed, ProblemError, UnexpectedResponse
+        As for :func:`send` and :func:`parsed`.
+    """
+    return parsed(kind, (yield from send(Call("GET", path))))
+
+
+def fetch_bytes(path: str) -> Operation[bytes]:
+    """Request the file at a path; errors are those of :func:`send`."""
+    return (yield from send(Call("GET", path))).content
+
+
 def delete(path: str) -> Operation[None]:
     """Delete the resource at a path.
 

@@ -1,6 +1,6 @@
 """Transport of the asynchronous client: runs operations with asynchronous I/O."""
 
-from collections.abc import AsyncGenerator, AsyncIterator, Callable
+from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import AsyncExitStack, aclosing, closing
 from typing import Final, TypeVar
 
@@ -12,7 +12,6 @@ from isomatch._http.blocking_transport import advance
 from isomatch._http.httpx_arguments import client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
-from isomatch._models import Page
 
 ResultT = TypeVar("ResultT")
 
@@ -82,18 +81,6 @@ class AsyncTransport:
                         outcome = await _line(lines)
                     else:
                         outcome = await self._outcome(step)
-
-    async def pages(
-        self, ask: Callable[[str | None], Operation[Page[ResultT]]]
-    ) -> AsyncIterator[ResultT]:
-        """Iterate over all items of a listing, page by page."""
-        page = await self.run(ask(None))
-        for item in page.items:
-            yield item
-        while page.next_cursor is not None:
-            page = await self.run(ask(page.next_cursor))
-            for item in page.items:
-                yield item
 
     async def close(self) -> None:
         """Close the connections."""

@@ -1,7 +1,7 @@
 """Transport of the blocking client: runs operations with blocking I/O."""
 
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from contextlib import ExitStack, closing
 from typing import Any, TypeVar
 
@@ -11,7 +11,6 @@ from isomatch._http.answers import undecodable
 from isomatch._http.httpx_arguments import client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
-from isomatch._models import Page
 
 ResultT = TypeVar("ResultT")
 
@@ -91,14 +90,6 @@ class BlockingTransport:
                     outcome = _line(lines)
                 else:
                     outcome = self._outcome(step)
-
-    def pages(self, ask: Callable[[str | None], Operation[Page[ResultT]]]) -> Iterator[ResultT]:
-        """Iterate over all items of a listing, page by page."""
-        page = self.run(ask(None))
-        yield from page.items
-        while page.next_cursor is not None:
-            page = self.run(ask(page.next_cursor))
-            yield from page.items
 
     def close(self) -> None:
         """Close the connections."""

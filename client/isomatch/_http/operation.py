@@ -87,6 +87,6 @@ Operation: TypeAlias = Generator[Call | Pause, httpx2.Response | None, ResultT]
 """Yields calls and pauses, and returns a value."""
 
 Stream: TypeAlias = Generator[
-    Listen | NextLine | Pause | Item[ItemT], httpx2.Response | str | None, None
+    Call | Listen | NextLine | Pause | Item[ItemT], httpx2.Response | str | None, None
 ]
-"""Listens, pauses, and yields items."""
+"""Calls, listens, pauses, and yields items."""

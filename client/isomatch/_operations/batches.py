@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Iterator
 
-from isomatch._http import Call, Json, Operation, parsed, send
+from isomatch._http import Json, Operation
 from isomatch._models import JobRecord, MatchParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, listed, named, names_of, path_to
+from isomatch._operations.request_parts import id_of, listed, named, names_of
 from isomatch._results import BatchProgress, Prototype
 from isomatch._webhooks import Webhook
 
@@ -13,6 +13,7 @@ from isomatch._webhooks import Webhook
 def start_batch(
     source: Shape | Prototype | str,
     targets: Iterable[Shape | str],
+    *,
     parameters: MatchParameters,
     webhook: Webhook | None,
     key: str | None,
@@ -27,11 +28,6 @@ def start_batch(
         **named(source_name=source),
     }
     return (yield from start_job("/v1/batches", body, parameters, webhook, key))
-
-
-def get_batch(job_id: str) -> Operation[BatchProgress]:
-    """Request the matches of a batch as they are now."""
-    return parsed(BatchProgress, (yield from send(Call("GET", path_to("batches", job_id)))))
 
 
 class EndedMatches:

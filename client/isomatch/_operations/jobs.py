@@ -33,9 +33,7 @@ from isomatch._http import (
 from isomatch._models import (
     DissimilarityParameters,
     JobRecord,
-    JobState,
     MatchParameters,
-    Page,
     Shape,
     check_names,
 )
@@ -62,6 +60,7 @@ PROGRESS_POLL: Final = 0.5
 def start_match(
     source: Shape | Prototype | str,
     target: Shape | str,
+    *,
     parameters: MatchParameters,
     webhook: Webhook | None,
     key: str | None,
@@ -79,6 +78,7 @@ def start_match(
 def start_dissimilarities(
     shapes: Iterable[Shape | str],
     labels: Iterable[str] | None,
+    *,
     parameters: DissimilarityParameters,
     webhook: Webhook | None,
     key: str | None,
@@ -94,6 +94,7 @@ def start_dissimilarities(
 
 def start_consistent_maps(
     shapes: Iterable[Shape | str],
+    *,
     largest_component: bool,
     webhook: Webhook | None,
     key: str | None,
@@ -213,18 +214,6 @@ def _record_of(document: str, call: Call) -> JobRecord:
     except ValidationError as error:
         where = ".".join(map(str, error.errors()[0]["loc"])) or "data"
         raise UnexpectedResponse(f"{call.path}: an event is not a job: {where}") from error
-
-
-def list_jobs(
-    cursor: str | None,
-    state: JobState | None,
-    kind: str | None,
-    of: Shape | Prototype | str | None,
-) -> Operation[Page[JobRecord]]:
-    """Request one page of the jobs, of all or of those of a state, a kind, a shape or prototype."""
-    shape = None if of is None else id_of(of)
-    query = {"state": state, "kind": kind, "shape": shape, "cursor": cursor}
-    return parsed(Page[JobRecord], (yield from send(Call("GET", "/v1/jobs", query=query))))
 
 
 def cancel_job(job_id: str) -> Operation[JobRecord]:

@@ -79,7 +79,9 @@ def _start(
     template: LandmarkTemplate, specimen: Shape | str, parameters: MatchParameters, key: str
 ) -> Operation[JobRecord]:
     dense: MatchParameters = {**parameters, "dense": True}
-    return (yield from start_match(template.shape, specimen, dense, None, key))
+    return (
+        yield from start_match(template.shape, specimen, parameters=dense, webhook=None, key=key)
+    )
 
 
 def get_landmarks(

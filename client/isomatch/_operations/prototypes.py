@@ -8,19 +8,18 @@ from pathlib import Path
 import numpy as np
 
 from isomatch._errors import UnexpectedResponse
-from isomatch._http import Call, Json, Operation, delete, parsed, send
-from isomatch._models import JobRecord, Page, PrototypeParameters, Shape, check_names
+from isomatch._http import Call, Json, Operation, fetch, fetch_bytes, send
+from isomatch._models import JobRecord, PrototypeParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import id_of, listed, path_to
-from isomatch._operations.uploads import upload
 from isomatch._results import Prototype, PrototypePoints
-from isomatch._upload import FileSource, prototype_file
 from isomatch._webhooks import Webhook
 
 
 def start_prototype(
     shapes: Iterable[Shape | str],
     correspondences: Iterable[Iterable[int]] | None,
+    *,
     name: str | None,
     reference: Shape | str | None,
     parameters: PrototypeParameters,
@@ -39,49 +38,18 @@ def start_prototype(
     return (yield from start_job("/v1/prototypes", body, parameters, webhook, key))
 
 
-def get_prototype(prototype_id: str) -> Operation[Prototype]:
-    """Request one prototype."""
-    call = Call("GET", path_to("prototypes", prototype_id))
-    return parsed(Prototype, (yield from send(call)))
-
-
-def list_prototypes(cursor: str | None, name: str | None) -> Operation[Page[Prototype]]:
-    """Request one page of the prototypes, of all or of one name."""
-    call = Call("GET", "/v1/prototypes", query={"name": name, "cursor": cursor})
-    return parsed(Page[Prototype], (yield from send(call)))
-
-
-def delete_prototype(prototype: Prototype | str) -> Operation[None]:
-    """Delete a prototype."""
-    yield from delete(path_to("prototypes", prototype))
-
-
 def download_prototype(prototype: Prototype | str, path: str | os.PathLike[str]) -> Operation[None]:
     """Request the archive of a prototype, and write it to a file."""
-    call = Call("GET", path_to("prototypes", prototype, "archive"))
-    Path(path).write_bytes((yield from send(call)).content)
+    content = yield from fetch_bytes(path_to("prototypes", prototype, "archive"))
+    Path(path).write_bytes(content)
 
 
 def get_prototype_points(prototype: Prototype | str) -> Operation[PrototypePoints]:
     """Request the archive of a prototype and its view, and read its points."""
-    known = prototype if isinstance(prototype, Prototype) else (yield from get_prototype(prototype))
-    response = yield from send(Call("GET", path_to("prototypes", prototype, "archive")))
+    path = path_to("prototypes", prototype)
+    known = prototype if isinstance(prototype, Prototype) else (yield from fetch(Prototype, path))
+    response = yield from send(Call("GET", f"{path}/archive"))
     try:
         return replace(PrototypePoints.from_bytes(response.content), view=np.array(known.view))
     except ValueError as error:
         raise UnexpectedResponse(f"{response.request.url}: {error}") from error
-
-
-def upload_prototype(
-    source: FileSource, name: str | None, timeout: float | None
-) -> Operation[Prototype]:
-    """Upload the archive of a prototype, and wait until the service has read it.
-
-    Raises
-    ------
-    WaitTimeout
-        It was not read within `timeout` seconds.
-    """
-    file = prototype_file(source)
-    answer = yield from upload("/v1/prototype-archives", file, name, timeout)
-    return parsed(Prototype, answer)

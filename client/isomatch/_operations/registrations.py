@@ -16,6 +16,7 @@ from isomatch._webhooks import Webhook
 def start_registration(
     template: Shape | str,
     shapes: Iterable[Shape | str],
+    *,
     scale: bool,
     largest_component: bool,
     webhook: Webhook | None,

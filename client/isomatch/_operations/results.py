@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from pydantic import ValidationError
 
 from isomatch._errors import JobCancelled, JobFailed
-from isomatch._http import LONGEST_OUTAGE, Call, Operation, delete, parsed, send, unexpected
+from isomatch._http import LONGEST_OUTAGE, Call, Operation, send, unexpected
 from isomatch._models import JobRecord
 from isomatch._operations.outages import job_named
 from isomatch._operations.prototypes import get_prototype_points
@@ -22,7 +22,6 @@ from isomatch._results import (
     Drawable,
     LearnedPrototype,
     Match,
-    PartialDissimilarities,
     Registration,
     Result,
     Transfer,
@@ -31,18 +30,6 @@ from isomatch._results import (
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
-
-
-def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
-    """Request the dissimilarities known so far."""
-    return parsed(
-        PartialDissimilarities, (yield from send(Call("GET", path_to("dissimilarities", job_id))))
-    )
-
-
-def delete_result(job_id: str) -> Operation[None]:
-    """Delete the result of a job."""
-    yield from delete(path_to("jobs", job_id, "result"))
 
 
 View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]

@@ -7,11 +7,11 @@ from typing import Final, TypeAlias
 
 import numpy.typing as npt
 
-from isomatch._http import Json, Operation, delete, parsed
+from isomatch._http import Json, Operation
 from isomatch._models import Attributes, JobRecord, SurfacePoint
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import Identified, id_of, listed, path_to
-from isomatch._operations.uploads import UPLOAD_TIMEOUT, upload
+from isomatch._operations.request_parts import Identified, id_of, listed
+from isomatch._operations.uploads import upload
 from isomatch._results import Direction, Element, TransferKind
 from isomatch._upload import FileSource, attribute_file
 from isomatch._webhooks import Webhook
@@ -26,29 +26,10 @@ Landmark: TypeAlias = int | SurfacePoint | Mapping[str, object]
 _ID: Final = re.compile(r"a-[0-9a-f]{32}")
 
 
-def upload_attributes(
-    source: AttributesSource, name: str | None, file_type: str | None, timeout: float | None
-) -> Operation[Attributes]:
-    """Upload an attribute file, and wait until the service has read it.
-
-    Raises
-    ------
-    WaitTimeout
-        It was not read within `timeout` seconds.
-    """
-    file = attribute_file(source, file_type)
-    answer = yield from upload("/v1/attributes", file, name, timeout)
-    return parsed(Attributes, answer)
-
-
-def delete_attributes(attributes: Attributes | str) -> Operation[None]:
-    """Delete an attribute file."""
-    yield from delete(path_to("attributes", attributes))
-
-
 def start_transfer(
     match: Identified | str,
     values: Attributes | AttributesSource | None,
+    *,
     what: TransferKind,
     direction: Direction,
     on: Element | None,
@@ -71,7 +52,9 @@ def start_transfer(
     elif isinstance(values, str) and _ID.fullmatch(values):
         body["attributes"] = values
     elif values is not None:
-        body["attributes"] = (yield from upload_attributes(values, None, None, UPLOAD_TIMEOUT)).id
+        body["attributes"] = (
+            yield from upload(Attributes, "/v1/attributes", attribute_file(values))
+        ).id
     if on is not None:
         body["on"] = on
     if named := listed(names, "names"):

@@ -2,14 +2,16 @@
 
 import time
 from contextlib import AbstractContextManager
-from typing import Final
+from typing import Final, TypeVar
 
-import httpx2
+from pydantic import BaseModel
 
 from isomatch._errors import UnexpectedResponse, WaitTimeout
-from isomatch._http import Call, Operation, Pause, send, wait_given
+from isomatch._http import Call, Operation, Pause, parsed, send, wait_given
 from isomatch._operations.request_parts import HELD
 from isomatch._upload import MeshFile
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
 
 UPLOAD_TIMEOUT: Final = 600.0
 """Seconds an upload may take, until the service has read it, unless told otherwise."""
@@ -19,15 +21,18 @@ VALIDATION_POLL: Final = 0.5
 
 
 def upload(
+    kind: type[ModelT],
     path: str,
     source: AbstractContextManager[MeshFile],
-    name: str | None,
-    timeout: float | None,
-) -> Operation[httpx2.Response]:
+    name: str | None = None,
+    timeout: float | None = UPLOAD_TIMEOUT,
+) -> Operation[ModelT]:
     """Upload a file, and wait until the service has read it.
 
     Parameters
     ----------
+    kind
+        Type of what the service makes of it.
     path
         Path of the collection that it joins.
     source
@@ -58,4 +63,4 @@ def upload(
         if location is None:
             raise UnexpectedResponse("the service accepted the upload without naming its location")
         response = yield from send(Call("GET", location))
-    return response
+    return parsed(kind, response)
