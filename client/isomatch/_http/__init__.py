@@ -15,6 +15,7 @@ from isomatch._http.operation import (
     Operation,
     Pause,
     Stream,
+    UploadFile,
 )
 from isomatch._http.retries import (
     BUSY,
@@ -44,6 +45,7 @@ __all__ = [
     "Operation",
     "Pause",
     "Stream",
+    "UploadFile",
     "api_key_or_default",
     "checked",
     "delete",

@@ -8,16 +8,22 @@ asynchronously (:mod:`isomatch._http.async_transport`), so that one body serves 
 
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Generic, TypeAlias, TypeVar
+from typing import BinaryIO, Generic, TypeAlias, TypeVar
 
 import httpx2
-
-from isomatch._upload import MeshFile
 
 Json: TypeAlias = str | int | float | bool | Sequence[object] | Mapping[str, object] | None
 
 ResultT = TypeVar("ResultT")
 ItemT = TypeVar("ItemT")
+
+
+@dataclass(frozen=True)
+class UploadFile:
+    """A file to upload; the extension of its name is its format."""
+
+    name: str
+    content: bytes | BinaryIO
 
 
 @dataclass(frozen=True)
@@ -49,7 +55,7 @@ class Call:
     path: str
     query: Mapping[str, str | int | float | None] = field(default_factory=dict)
     body: Mapping[str, object] | None = None
-    file: MeshFile | None = None
+    file: UploadFile | None = None
     form: Mapping[str, str] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)
     patience: float = 0.0

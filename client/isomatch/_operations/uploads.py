@@ -7,9 +7,8 @@ from typing import Final, TypeVar
 from pydantic import BaseModel
 
 from isomatch._errors import UnexpectedResponse, WaitTimeout
-from isomatch._http import Call, Operation, Pause, parsed, send, wait_given
+from isomatch._http import Call, Operation, Pause, UploadFile, parsed, send, wait_given
 from isomatch._operations.request_parts import HELD
-from isomatch._upload import MeshFile
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -23,7 +22,7 @@ VALIDATION_POLL: Final = 0.5
 def upload(
     kind: type[ModelT],
     path: str,
-    source: AbstractContextManager[MeshFile],
+    source: AbstractContextManager[UploadFile],
     name: str | None = None,
     timeout: float | None = UPLOAD_TIMEOUT,
 ) -> Operation[ModelT]:

@@ -2,7 +2,6 @@
 
 from isomatch._upload.meshes import (
     FileSource,
-    MeshFile,
     MeshLike,
     MeshSource,
     attribute_file,
@@ -13,7 +12,6 @@ from isomatch._upload.meshes import (
 
 __all__ = [
     "FileSource",
-    "MeshFile",
     "MeshLike",
     "MeshSource",
     "attribute_file",

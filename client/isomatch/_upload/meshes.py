@@ -5,13 +5,13 @@ import os
 import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Final, Protocol, TypeAlias, TypeGuard, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
 
+from isomatch._http import UploadFile
 from isomatch._upload.arrays import checked_arrays, checked_colors
 
 
@@ -52,16 +52,8 @@ _MESH_SOURCES: Final = (
 _POINT_COLUMNS: Final = ("x", "y", "z", "nx", "ny", "nz")
 
 
-@dataclass(frozen=True)
-class MeshFile:
-    """A file to upload; the extension of its name is its format."""
-
-    name: str
-    content: bytes | BinaryIO
-
-
 @contextmanager
-def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[MeshFile]:
+def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[UploadFile]:
     """Context that provides a source as a mesh file.
 
     Parameters
@@ -84,15 +76,15 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
     extension = None if file_type is None else "." + file_type.lower().removeprefix(".")
     if _is_file(source):
         with _opened(source) as file:
-            yield MeshFile(_file_name(file.name, extension), file.content)
+            yield UploadFile(_file_name(file.name, extension), file.content)
     elif isinstance(source, np.ndarray):
-        yield MeshFile("points.ply", points_ply(source))
+        yield UploadFile("points.ply", points_ply(source))
     elif isinstance(source, tuple):
         if len(source) not in (2, 3):
             raise TypeError(_MESH_SOURCES + f"a tuple of {len(source)}")
-        yield MeshFile("mesh.ply", binary_ply(*source))
+        yield UploadFile("mesh.ply", binary_ply(*source))
     elif isinstance(source, MeshLike):
-        yield MeshFile("mesh.ply", binary_ply(source.vertices, source.faces, _colors(source)))
+        yield UploadFile("mesh.ply", binary_ply(source.vertices, source.faces, _colors(source)))
     else:
         raise TypeError(_MESH_SOURCES + type(source).__name__)
 
@@ -100,13 +92,13 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
 @contextmanager
 def attribute_file(
     source: FileSource | Mapping[str, npt.ArrayLike], file_type: str | None = None
-) -> Iterator[MeshFile]:
+) -> Iterator[UploadFile]:
     """Context that provides a file of attributes, or arrays by name as one.
 
     Parameters and errors are those of :func:`mesh_file`.
     """
     if isinstance(source, Mapping):
-        yield MeshFile("values.npz", _archive(source))
+        yield UploadFile("values.npz", _archive(source))
         return
     if not _is_file(source):
         raise TypeError(
@@ -118,7 +110,7 @@ def attribute_file(
 
 
 @contextmanager
-def prototype_file(source: FileSource) -> Iterator[MeshFile]:
+def prototype_file(source: FileSource) -> Iterator[UploadFile]:
     """Context that provides the archive of a prototype as a file, whatever its name.
 
     Raises
@@ -133,7 +125,7 @@ def prototype_file(source: FileSource) -> Iterator[MeshFile]:
             f"a prototype is a path, bytes or an open binary file, not {type(source).__name__}"
         )
     with _opened(source) as file:
-        yield MeshFile(file.name or "prototype.npz", file.content)
+        yield UploadFile(file.name or "prototype.npz", file.content)
 
 
 def _is_file(source: object) -> TypeGuard[FileSource]:
@@ -142,20 +134,20 @@ def _is_file(source: object) -> TypeGuard[FileSource]:
 
 
 @contextmanager
-def _opened(source: FileSource) -> Iterator[MeshFile]:
+def _opened(source: FileSource) -> Iterator[UploadFile]:
     """Provide a file with the name it has, which may be none; a path is closed again."""
     if isinstance(source, str | os.PathLike):
         path = Path(source)
         with path.open("rb") as file:
-            yield MeshFile(path.name, file)
+            yield UploadFile(path.name, file)
     elif isinstance(source, bytes | bytearray | memoryview):
-        yield MeshFile("", bytes(source))
+        yield UploadFile("", bytes(source))
     else:
         name = getattr(source, "name", "")
         seekable = getattr(source, "seekable", bool)()
         # Each attempt sends the whole file.
         content = source if seekable else io.BytesIO(source.read())
-        yield MeshFile(Path(name).name if isinstance(name, str) else "", content)
+        yield UploadFile(Path(name).name if isinstance(name, str) else "", content)
 
 
 def _archive(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
