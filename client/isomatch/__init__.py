@@ -44,9 +44,12 @@ from isomatch._errors import (
     UnprocessableShape,
     UnsupportedFormat,
     WaitTimeout,
+    WrongCoordinates,
 )
 from isomatch._landmarks import (
     CarriedLandmarks,
+    CoordinateSystem,
+    LandmarkFormat,
     LandmarkSet,
     LandmarkTemplate,
     read_landmarks,
@@ -65,6 +68,7 @@ from isomatch._models import (
     Invariance,
     InverseCorrespondence,
     JobRecord,
+    JobState,
     JobWebhook,
     Level,
     MatchParameters,
@@ -82,6 +86,8 @@ from isomatch._models import (
     SurfacePoint,
     VertexMap,
 )
+from isomatch._operations.results import View
+from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._problem import FieldProblem, Problem
 from isomatch._results import (
     Batch,
@@ -90,7 +96,10 @@ from isomatch._results import (
     CollectionPair,
     CollectionShape,
     ConsistentMaps,
+    Direction,
     Dissimilarities,
+    Drawable,
+    Element,
     Example,
     Geometry,
     LearnedPrototype,
@@ -102,8 +111,9 @@ from isomatch._results import (
     Registration,
     Specimen,
     Transfer,
+    TransferKind,
 )
-from isomatch._upload import MeshLike
+from isomatch._upload import FileSource, MeshLike, MeshSource
 from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
 
 __version__ = _version("isomatch")
@@ -115,6 +125,7 @@ __all__ = [
     "AsyncLandmarkJob",
     "AttributeSummary",
     "Attributes",
+    "AttributesSource",
     "BadRequest",
     "Batch",
     "BatchMatch",
@@ -127,14 +138,19 @@ __all__ = [
     "Conflict",
     "ConnectionFailed",
     "ConsistentMaps",
+    "CoordinateSystem",
     "Correspondence",
     "DenseCorrespondence",
+    "Direction",
     "Dissimilarities",
     "DissimilarityParameters",
     "Distortion",
+    "Drawable",
+    "Element",
     "EndedJob",
     "Example",
     "FieldProblem",
+    "FileSource",
     "Geometry",
     "Gone",
     "GromovHausdorff",
@@ -147,7 +163,10 @@ __all__ = [
     "JobCancelled",
     "JobFailed",
     "JobRecord",
+    "JobState",
     "JobWebhook",
+    "Landmark",
+    "LandmarkFormat",
     "LandmarkJob",
     "LandmarkSet",
     "LandmarkTemplate",
@@ -157,6 +176,7 @@ __all__ = [
     "MatchParameters",
     "MatchSummary",
     "MeshLike",
+    "MeshSource",
     "MissingExtra",
     "NotFound",
     "Overlap",
@@ -183,6 +203,7 @@ __all__ = [
     "TooLarge",
     "TooManyRequests",
     "Transfer",
+    "TransferKind",
     "Unauthorized",
     "UnexpectedResponse",
     "UnknownAttributes",
@@ -194,9 +215,11 @@ __all__ = [
     "UnprocessableShape",
     "UnsupportedFormat",
     "VertexMap",
+    "View",
     "WaitTimeout",
     "Webhook",
     "WebhookEvent",
+    "WrongCoordinates",
     "read_landmarks",
     "verify_webhook",
     "write_landmarks",

@@ -25,6 +25,7 @@
     │   └── ServiceError            5xx  the service failed
     │       └── ServiceUnavailable  503  the service is starting, stopping or overloaded
     ├── InvalidSignature            a webhook has no valid signature (also a ValueError)
+    ├── WrongCoordinates            landmarks do not fit their mesh (also a ValueError)
     ├── JobFailed                   the job failed; carries the problem document
     ├── JobCancelled                the job was cancelled
     ├── MissingExtra                an optional dependency is missing (also an ImportError)
@@ -180,6 +181,10 @@ class ServiceUnavailable(ServiceError):
 
 class InvalidSignature(IsomatchError, ValueError):
     """A webhook is not signed with the secret, or too long ago."""
+
+
+class WrongCoordinates(IsomatchError, ValueError):
+    """Landmarks are in another coordinate system (LPS or RAS) than the mesh of their template."""
 
 
 class MissingExtra(IsomatchError, ImportError):

@@ -8,10 +8,10 @@ import numpy as np
 from isomatch._cli import render
 from isomatch._cli.exit_codes import leave
 from isomatch._clients import Client
+from isomatch._errors import WrongCoordinates
 from isomatch._landmarks import (
     CoordinateSystem,
     LandmarkSet,
-    WrongCoordinates,
     read_landmarks,
     remarks_on,
     stem_of,

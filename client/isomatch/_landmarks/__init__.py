@@ -17,7 +17,7 @@ from isomatch._landmarks.formats import (
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
 from isomatch._landmarks.placing import LandmarkTemplate, PlacedLandmarks, Placements
-from isomatch._landmarks.remarks import WrongCoordinates, remarks_on
+from isomatch._landmarks.remarks import remarks_on
 
 __all__ = [
     "FORMATS",
@@ -29,7 +29,6 @@ __all__ = [
     "LandmarkTemplate",
     "PlacedLandmarks",
     "Placements",
-    "WrongCoordinates",
     "append_landmarks",
     "carried_landmarks",
     "read_landmarks",

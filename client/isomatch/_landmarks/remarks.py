@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from isomatch._errors import WrongCoordinates
 from isomatch._landmarks.confidence import square_root_of_area
 from isomatch._landmarks.landmark_set import LandmarkSet
 from isomatch._landmarks.surface_points import nearest_points
@@ -22,10 +23,6 @@ _BESIDE: Final = 0.01
 """Median distance, over √area, up to which landmarks are taken to be placed on the surface."""
 
 _MOST_NAMED: Final = 5
-
-
-class WrongCoordinates(ValueError):
-    """Landmarks are in another coordinate system (LPS or RAS) than the mesh of their template."""
 
 
 def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:

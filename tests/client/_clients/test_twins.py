@@ -3,6 +3,7 @@
 import ast
 import inspect
 import re
+import sys
 
 import isomatch
 import pytest
@@ -42,3 +43,19 @@ def test_methods_have_docstrings_and_the_same_parameters(later: type, blocking: 
 @pytest.mark.parametrize("kind", [blocking for _, blocking in PAIRS])
 def test_the_blocking_client_awaits_nothing_and_names_no_tasks(kind: type) -> None:
     assert not re.search(r"(?i)async|await|\btasks?\b", inspect.getsource(kind))
+
+
+@pytest.mark.parametrize("kind", [blocking for _, blocking in PAIRS])
+def test_types_of_methods_can_be_imported_to_annotate_with(kind: type) -> None:
+    module = ast.parse(inspect.getsource(sys.modules[kind.__module__]))
+    ours = {
+        alias.name
+        for one in module.body
+        if isinstance(one, ast.ImportFrom) and str(one.module).startswith("isomatch")
+        for alias in one.names
+    }
+    for name, method in public(kind).items():
+        parts = [*ast.walk(method.args), *ast.walk(method.returns or ast.Pass())]
+        used = {one.id for one in parts if isinstance(one, ast.Name)} & ours
+        # The base of all jobs, and the value of a default.
+        assert used - {"RecordedJob", "UPLOAD_TIMEOUT"} <= set(isomatch.__all__), name

@@ -3,10 +3,9 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
-from isomatch import Geometry, LandmarkSet, VertexMap
+from isomatch import Geometry, LandmarkSet, VertexMap, WrongCoordinates
 from isomatch._landmarks import (
     PlacedLandmarks,
-    WrongCoordinates,
     carried_landmarks,
     remarks_on,
     with_same_labels,
