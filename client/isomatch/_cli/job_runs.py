@@ -15,7 +15,7 @@ from isomatch._cli.prototype_rendering import print_learned
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._clients import Client, Job
 from isomatch._errors import IsomatchError, NotFound
-from isomatch._operations.job_ids import is_beginning
+from isomatch._models import begins_job_id
 from isomatch._operations.results import View
 from isomatch._progress import ID_SHOWN
 from isomatch._results import (
@@ -129,7 +129,7 @@ def job_given(client: Client, given: str) -> Job:
     try:
         return client.job(given)
     except NotFound:
-        if not is_beginning(given) or len(given) < ID_SHOWN:
+        if not begins_job_id(given) or len(given) < ID_SHOWN:
             raise
         found = [job for job in client.jobs() if job.id.startswith(given)]
         if not found:

@@ -1,7 +1,6 @@
 """Arguments and options that commands share, and their checks."""
 
 import os
-import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,13 +10,9 @@ from typing import Annotated, Any, Final, TypeVar
 import typer
 
 from isomatch._http import URL_VARIABLE, url_or_default
-from isomatch._models import StructureChoice, structure_choice
+from isomatch._models import StructureChoice, is_prototype_id, is_shape_id, structure_choice
 from isomatch._operations.result_files import check_format
 from isomatch._operations.results import ENDINGS, View
-
-_SHAPE_ID = re.compile(r"[0-9a-f]{32}")
-_PROTOTYPE_ID = re.compile(r"p-[0-9a-f]{32}")
-
 
 WEIGHT_TOLERANCE: Final = 1e-3
 """Greatest error of a sum of weights, as in the service."""
@@ -37,7 +32,7 @@ def shapes_given(given: GivenT) -> GivenT:
         One is neither a file nor an id.
     """
     for one in [given] if isinstance(given, str) else given:
-        if not Path(one).is_file() and not _SHAPE_ID.fullmatch(one):
+        if not Path(one).is_file() and not is_shape_id(one):
             if names_prototype(one):
                 raise typer.BadParameter(
                     f"{one!r} is a prototype: only the source of a match can be one"
@@ -53,7 +48,7 @@ def source_given(given: str) -> str:
 
 def id_given(given: str | None) -> str | None:
     """Return the id of a shape or a prototype; refuse anything else."""
-    if given is None or _SHAPE_ID.fullmatch(given) or _PROTOTYPE_ID.fullmatch(given):
+    if given is None or is_shape_id(given) or is_prototype_id(given):
         return given
     raise typer.BadParameter(
         f"{given!r} is not an id; `isomatch shapes` and `isomatch prototype list` list them"
@@ -62,7 +57,7 @@ def id_given(given: str | None) -> str | None:
 
 def names_prototype(given: str) -> bool:
     """Return whether a text is the id of a prototype, not the name of a file."""
-    return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()
+    return is_prototype_id(given) and not Path(given).is_file()
 
 
 def file_named(given: str) -> Path:

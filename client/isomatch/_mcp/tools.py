@@ -1,6 +1,5 @@
 """The tools: upload, match, compare, transfer and picture."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +25,13 @@ from isomatch._mcp.answers import (
 from isomatch._mcp.errors import message, tool_errors
 from isomatch._mcp.folder import Folder
 from isomatch._mcp.jobs import finished
-from isomatch._models import DissimilarityParameters, MatchParameters, Shape
+from isomatch._models import (
+    DissimilarityParameters,
+    MatchParameters,
+    Shape,
+    is_prototype_id,
+    is_shape_id,
+)
 from isomatch._operations.result_files import (
     COMPARE_FORMATS,
     MATCH_FORMATS,
@@ -36,9 +41,6 @@ from isomatch._operations.result_files import (
 )
 from isomatch._operations.results import View
 from isomatch._results import Direction, Element, TransferKind
-
-_SHAPE_ID: Final = re.compile(r"[0-9a-f]{32}")
-_PROTOTYPE_ID: Final = re.compile(r"p-[0-9a-f]{32}")
 
 SHAPE: Final = "Path of a mesh file in the folder of this server, or the id of an uploaded shape."
 SAVE_TO: Final = (
@@ -257,12 +259,12 @@ class Tools:
         return self.folder.name(file)
 
     async def _shape(self, given: str) -> Shape:
-        if _SHAPE_ID.fullmatch(given):
+        if is_shape_id(given):
             return await self.client.shape(given)
         return await self.client.upload(self.folder.readable(given))
 
     async def _source(self, given: str) -> Shape | str:
-        return given if _PROTOTYPE_ID.fullmatch(given) else await self._shape(given)
+        return given if is_prototype_id(given) else await self._shape(given)
 
 
 def _given(**parameters: object) -> dict[str, object]:

@@ -16,6 +16,14 @@ from isomatch._models.correspondences import (
     Overlap,
     SampleProof,
 )
+from isomatch._models.ids import (
+    ID_DIGITS,
+    begins_job_id,
+    is_attributes_id,
+    is_prototype_id,
+    is_shape_id,
+    may_be_id,
+)
 from isomatch._models.job import JobRecord, JobState, JobWebhook, Progress
 from isomatch._models.match_summary import MatchSummary
 from isomatch._models.parameters import (
@@ -30,6 +38,7 @@ from isomatch._models.structures import Invariance, Structure, StructureParamete
 from isomatch._models.vertex_map import VertexMap
 
 __all__ = [
+    "ID_DIGITS",
     "UPRIGHT",
     "Alternative",
     "Answer",
@@ -65,6 +74,11 @@ __all__ = [
     "SurfacePoint",
     "VertexMap",
     "ViewAxes",
+    "begins_job_id",
     "check_names",
+    "is_attributes_id",
+    "is_prototype_id",
+    "is_shape_id",
+    "may_be_id",
     "structure_choice",
 ]

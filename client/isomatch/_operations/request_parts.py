@@ -1,21 +1,18 @@
 """Paths of resources, and ids and parameters as they are sent."""
 
 import os
-import re
 from collections.abc import Iterable, Mapping
 from typing import Final, Protocol, TypeVar
 
 from pydantic import BaseModel
 
 from isomatch._http import Json
-from isomatch._models import Shape
+from isomatch._models import Shape, may_be_id
 from isomatch._results import Result
 
 HELD: Final = 60.0
 """Seconds for which the service may hold back the answer to an upload, or one that it makes first:
 pictures and files."""
-
-_ID: Final = re.compile(r"[0-9a-zA-Z_-]{1,64}")
 
 _WANTED: Final = "give what client.upload returns, a prototype or a job, or its id"
 
@@ -40,7 +37,7 @@ def id_of(given: Identified | str) -> str:
     TypeError
         A result is given instead of its job, or something else that has no id.
     """
-    if isinstance(given, str | os.PathLike) and not _ID.fullmatch(str(given)):
+    if isinstance(given, str | os.PathLike) and not may_be_id(str(given)):
         raise ValueError(f"{str(given)!r} is no id: {_WANTED}")
     if isinstance(given, Result):
         raise TypeError("a result does not know its job: give the job itself, or its id")

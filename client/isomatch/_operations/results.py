@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from isomatch._errors import JobCancelled, JobFailed
 from isomatch._http import LONGEST_OUTAGE, Call, Operation, send, unexpected
-from isomatch._models import JobRecord
+from isomatch._models import JobRecord, is_prototype_id
 from isomatch._operations.outages import job_named
 from isomatch._operations.prototypes import get_prototype_points
 from isomatch._operations.request_parts import HELD, path_to
@@ -25,7 +25,6 @@ from isomatch._results import (
     Registration,
     Result,
     Transfer,
-    is_prototype,
 )
 
 if TYPE_CHECKING:
@@ -126,7 +125,7 @@ def _ending_of(path: str | os.PathLike[str], endings: Sequence[str]) -> str:
 
 def get_drawable(drawn_id: str) -> Operation[Drawable]:
     """Request the surface of a shape, or the points of a prototype."""
-    if is_prototype(drawn_id):
+    if is_prototype_id(drawn_id):
         return (yield from get_prototype_points(drawn_id))
     return (yield from get_geometry(drawn_id))
 

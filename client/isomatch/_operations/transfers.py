@@ -1,14 +1,13 @@
 """Operations on attribute files, and transfers along a match."""
 
 import operator
-import re
 from collections.abc import Iterable, Mapping
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 import numpy.typing as npt
 
 from isomatch._http import Json, Operation
-from isomatch._models import Attributes, JobRecord, SurfacePoint
+from isomatch._models import Attributes, JobRecord, SurfacePoint, is_attributes_id
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import Identified, id_of, listed
 from isomatch._operations.uploads import upload
@@ -21,9 +20,6 @@ AttributesSource: TypeAlias = FileSource | Mapping[str, npt.ArrayLike]
 
 Landmark: TypeAlias = int | SurfacePoint | Mapping[str, object]
 """A vertex, or a point with `vertices` and `weights`."""
-
-
-_ID: Final = re.compile(r"a-[0-9a-f]{32}")
 
 
 def start_transfer(
@@ -49,7 +45,7 @@ def start_transfer(
     body: dict[str, Json] = {"match": id_of(match), "what": what, "direction": direction}
     if isinstance(values, Attributes):
         body["attributes"] = values.id
-    elif isinstance(values, str) and _ID.fullmatch(values):
+    elif isinstance(values, str) and is_attributes_id(values):
         body["attributes"] = values
     elif values is not None:
         body["attributes"] = (

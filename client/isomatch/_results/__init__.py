@@ -10,7 +10,7 @@ from isomatch._results.match import Match
 from isomatch._results.prototype_points import PrototypePoints
 from isomatch._results.prototypes import Example, LearnedPrototype, Prototype
 from isomatch._results.registration import PrincipalComponent, Registration, Specimen
-from isomatch._results.result_document import Drawable, DrawableSource, Result, is_prototype
+from isomatch._results.result_document import Drawable, DrawableSource, Result
 from isomatch._results.summary import change
 from isomatch._results.transfer import Transfer
 
@@ -42,5 +42,4 @@ __all__ = [
     "Transfer",
     "TransferKind",
     "change",
-    "is_prototype",
 ]

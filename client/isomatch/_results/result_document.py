@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self, TypeAlias
 
 from pydantic import PrivateAttr
 
-from isomatch._models import Answer
+from isomatch._models import Answer, is_prototype_id
 from isomatch._results.geometry import Geometry
 from isomatch._results.prototype_points import PrototypePoints
 
@@ -19,11 +19,6 @@ if TYPE_CHECKING:
 
 Drawable: TypeAlias = Geometry | PrototypePoints
 """The surface of a shape, or the points of a prototype."""
-
-
-def is_prototype(given: str) -> bool:
-    """True if an id is that of a prototype."""
-    return given.startswith("p-")
 
 
 @dataclass(frozen=True)
@@ -128,7 +123,9 @@ class Result(Answer):
         needed = self.drawn_ids()
         if not drawn and self._drawables.request is not None:
             drawn = tuple(map(self._drawables.request, needed))
-        if [isinstance(one, PrototypePoints) for one in drawn] != list(map(is_prototype, needed)):
+        if [isinstance(one, PrototypePoints) for one in drawn] != list(
+            map(is_prototype_id, needed)
+        ):
             raise ValueError(f"give what is drawn, as in {_call(needed)}, or use job.plot()")
         return self._figure(drawn, alternative)
 
@@ -146,7 +143,7 @@ class Result(Answer):
 
 def _call(needed: Sequence[str]) -> str:
     requests = (
-        f"client.{'prototype_points' if is_prototype(one) else 'geometry'}({one!r})"
+        f"client.{'prototype_points' if is_prototype_id(one) else 'geometry'}({one!r})"
         for one in needed
     )
     return f"result.plot({', '.join(requests)})"
