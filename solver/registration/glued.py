@@ -47,7 +47,7 @@ from solver.registration.refinement import (
     refine_on_few,
 )
 from solver.registration.search import confidence_in, search
-from solver.registration.surface import smooth_surface
+from solver.registration.surface import MIRROR, smooth_surface
 from solver.registration.surface_map import Images, SurfaceMap
 from solver.shape import Shape
 
@@ -174,8 +174,10 @@ class OpenedCandidate:
     @cached_property
     def _congruent(self) -> IntArray | None:
         """(V,) as :meth:`_untorn`, where a rigid motion maps one surface to the other."""
-        surfaces = self.task.source.mesh, self.task.target.mesh
-        return congruent_vertices(*surfaces, self._nearest)
+        source, target = self.task.source.mesh, self.task.target.mesh
+        if self.reflected:
+            source = source.with_same_faces(vertices=source.vertices * MIRROR)
+        return congruent_vertices(source, target, self._nearest)
 
     def _untorn(self, control: Control) -> IntArray:
         """(V,) vertices of what is left of the target that those of the source go to."""

@@ -77,6 +77,7 @@ class Samples:
         default_factory=dict, init=False, repr=False
     )
     _first_forms: dict[int, FirstForm] = field(default_factory=dict, init=False, repr=False)
+    _first: dict[int, "Samples"] = field(default_factory=dict, init=False, repr=False)
 
     def __len__(self) -> int:
         return len(self.vertices)
@@ -87,15 +88,17 @@ class Samples:
         return len(self.eigenvalues)
 
     def first(self, count: int) -> "Samples":
-        """Return the first samples, which are those of a shorter sampling."""
-        return replace(
-            self,
-            vertices=self.vertices[:count],
-            positions=self.positions[:count],
-            eigenfunctions=self.eigenfunctions[:count],
-            tangents=self.tangents[:, :count],
-            curvatures=self.curvatures[:count],
-        )
+        """Return the first samples, which are those of a shorter sampling; the same each time."""
+        if count not in self._first:
+            self._first[count] = replace(
+                self,
+                vertices=self.vertices[:count],
+                positions=self.positions[:count],
+                eigenfunctions=self.eigenfunctions[:count],
+                tangents=self.tangents[:, :count],
+                curvatures=self.curvatures[:count],
+            )
+        return self._first[count]
 
     def surface(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Positions and normals of a smooth surface.

@@ -68,6 +68,7 @@ def test_a_copy_of_a_body_is_mapped_to_itself(mirrored: bool) -> None:
     found = register(Shape(source), Shape(other), (), Control(), known)
     assert found is not None
     assert found.reflected == mirrored
+    assert found.opened._congruent is not None
     dense = found.dense(Control())
     np.testing.assert_array_equal(dense.target, where)
     np.testing.assert_array_equal(found.images(marks, Control()), where[marks])
