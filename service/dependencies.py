@@ -40,10 +40,8 @@ class Service:
     ----------
     settings
         The settings in force.
-    store
-        Shapes, prototypes, jobs and results of the tenant who asks.
     queue
-        The queue of the workers, for jobs of this tenant.
+        The queue of the workers, for jobs of the tenant who asks.
     ends
         Whether jobs have ended, by the keys of each and of its batch.
     closing
@@ -59,7 +57,6 @@ class Service:
     """
 
     settings: Settings
-    store: Store
     queue: JobQueue
     ends: Watcher[tuple[str, str | None], bool]
     closing: asyncio.Event = field(default_factory=asyncio.Event)
@@ -70,9 +67,14 @@ class Service:
     )
     scraping: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(SCRAPES_AT_ONCE))
 
+    @property
+    def store(self) -> Store:
+        """Shapes, prototypes, jobs and results of the tenant who asks."""
+        return self.queue.store
+
     def of(self, tenant: str) -> Self:
         """Return the service as a tenant sees it."""
-        return replace(self, store=self.store.of(tenant), queue=self.queue.of(tenant))
+        return replace(self, queue=self.queue.of(tenant))
 
     async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
         """Wait until a job has ended, at most `seconds`, and return its state then.

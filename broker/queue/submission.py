@@ -5,7 +5,8 @@ the next. Nor is a batch: its matches are.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import BinaryIO, Final, Self
 
 from redis.client import Pipeline
@@ -57,26 +58,20 @@ class JobQueue:
         The jobs' records.
     settings
         Limits of the jobs.
-
-    Attributes
-    ----------
-    rq
-        The queues themselves.
-    batches
-        Matches of batches.
     """
 
     store: Store
     settings: QueueSettings
-    rq: RqQueues = field(init=False)
-    batches: Batches = field(init=False)
 
-    def __post_init__(self) -> None:
-        """Open the queues in the store's Redis."""
-        object.__setattr__(
-            self, "rq", RqQueues(self.store.client, self.settings, self.store.keys.tenant)
-        )
-        object.__setattr__(self, "batches", Batches(self.store, self.rq))
+    @cached_property
+    def rq(self) -> RqQueues:
+        """The queues themselves, in the store's Redis."""
+        return RqQueues(self.store.client, self.settings, self.store.keys.tenant)
+
+    @cached_property
+    def batches(self) -> Batches:
+        """The matches of batches."""
+        return Batches(self.store, self.rq)
 
     def of(self, tenant: str) -> Self:
         """Return the submission of a tenant's jobs."""

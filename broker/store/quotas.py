@@ -8,13 +8,12 @@ so that no process that dies, and no record that expires, leaves one that is wro
 import json
 from dataclasses import dataclass, replace
 
-from redis import Redis
 from redis.client import Pipeline
 
 from broker.store import scripts
-from broker.store.connections import StoreSettings
 from broker.store.keys import Keys
 from broker.store.replies import text
+from broker.store.tenant_data import TenantData
 
 
 class QuotaExceeded(Exception):
@@ -61,22 +60,8 @@ class Quota:
 
 
 @dataclass(frozen=True)
-class Quotas:
-    """The quota of a tenant, and what it uses of it.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        The quota of tenants that have none of their own.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    settings: StoreSettings
-    keys: Keys
+class Quotas(TenantData):
+    """The quota of a tenant, and what it uses of it."""
 
     def get(self) -> Quota:
         """Return the tenant's quota."""

@@ -11,7 +11,8 @@ are cached (:meth:`Spectra.known`).
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 from redis import Redis
@@ -21,10 +22,11 @@ from redis.exceptions import TimeoutError as RedisTimeoutError
 from broker.contracts import SpectrumKey
 from broker.store import scripts
 from broker.store.circuit_breaker import CircuitBreaker
-from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings, memory
+from broker.store.connections import CACHE_CIRCUIT_SECONDS, memory
 from broker.store.keys import Keys
 from broker.store.leases import renewed
 from broker.store.replies import blob, text
+from broker.store.tenant_data import TenantData
 from broker.telemetry import logger
 
 log = logger("isomatch.store")
@@ -46,34 +48,18 @@ class SpectrumCounts:
 
 
 @dataclass(frozen=True)
-class Spectra:
+class Spectra(TenantData):
     """The cached spectra, as bytes.
 
     The cache may have a Redis of its own, which may evict; locks and counters stay in the Redis of
     the queue, which evicts nothing. Such a cache may also fail: a spectrum that cannot be read is
     computed again. A cache in the Redis of the queue leaves the queue its memory.
-
-    Parameters
-    ----------
-    cache
-        Connection to the Redis of the cache.
-    client
-        Connection to the Redis of the queue.
-    settings
-        Budget and time to live.
-    keys
-        The tenant's keys.
     """
 
-    cache: Redis
-    client: Redis
-    settings: StoreSettings
-    keys: Keys
-    circuit: CircuitBreaker = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Share the circuit breaker with all processes of this machine."""
-        object.__setattr__(self, "circuit", CircuitBreaker(self.client))
+    @cached_property
+    def circuit(self) -> CircuitBreaker:
+        """The circuit breaker, which all processes of this machine share."""
+        return CircuitBreaker(self.client)
 
     @property
     def is_separate(self) -> bool:

@@ -3,30 +3,18 @@
 from dataclasses import dataclass
 from typing import cast
 
-from redis import Redis
-
 from broker.contracts import Delivery
 from broker.store import scripts
-from broker.store.keys import Keys
 from broker.store.replies import text
+from broker.store.tenant_data import TenantData
 
 
 @dataclass(frozen=True)
-class Webhooks:
+class Webhooks(TenantData):
     """The webhooks that are not delivered yet, by the jobs that have ended.
 
     The script that ends a job adds its webhook to the list.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    keys
-        The tenant's keys.
     """
-
-    client: Redis
-    keys: Keys
 
     def due(self, now: float, most: int) -> list[tuple[str, float]]:
         """Return jobs whose webhook is due, and since when, the earliest first."""

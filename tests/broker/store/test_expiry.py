@@ -2,8 +2,8 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from datetime import timedelta
+from functools import cached_property
 
 import pytest
 from redis.client import Pipeline
@@ -228,9 +228,18 @@ class StoredTwice(Shapes):
             super().accept(record, upload, mesh, geometry, job_id)
 
 
+class StoringTwice(Store):
+    """A store of such shapes."""
+
+    @cached_property
+    def shapes(self) -> StoredTwice:
+        """Those shapes."""
+        return self._part(StoredTwice)
+
+
 def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
-    shapes = StoredTwice(store.client, store.shapes.settings, store.blobs, store.keys)
-    queue = JobQueue(replace(store, shapes=shapes), QueueSettings())
+    twice = StoringTwice.over(store.client, store.settings, retry_seconds=1)
+    queue = JobQueue(twice, QueueSettings())
     data = blob_file(1)
     payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")
     job = queue.submit_validation(payload, data)

@@ -241,5 +241,5 @@ def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSet
     assert apart.spectra.lock(key, "me", 1.0)
     assert not store.spectra.has(key)
     assert store.spectra.locked(key)
-    apart.spectra.cache.flushdb()
+    apart.cache.flushdb()
     apart.close()
