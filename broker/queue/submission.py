@@ -305,7 +305,7 @@ class JobQueue:
 
     def gives_way(self, record: JobRecord) -> bool:
         """Return whether a running job waits, because none of its parts is running."""
-        keys, payload = self.store.keys, record.payload
+        payload = record.payload
         if record.state is not JobState.RUNNING:
             return False
         if isinstance(payload, DissimilaritiesPayload):
@@ -314,7 +314,7 @@ class JobQueue:
             parts = [batch_match_id(record.id, place) for place in range(len(payload.targets))]
         else:
             return False
-        return not any_running(self.store.client, [keys.job(part) for part in parts])
+        return not any_running(self.store, parts)
 
     def workers(self) -> int:
         """Return the number of live workers."""

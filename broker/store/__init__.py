@@ -105,15 +105,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Store(TenantData):
-    """Everything that is kept of a tenant, by subject; spectra and counters are common to all.
-
-    Parameters
-    ----------
-    durability
-        Waiting until what was written is on the disk.
-    """
-
-    durability: Durability
+    """Everything that is kept of a tenant, by subject; spectra and counters are common to all."""
 
     @classmethod
     def open(

@@ -119,6 +119,10 @@ class Jobs(TenantData):
         """Return whether a job that does not exist has expired."""
         return bool(self.client.exists(self.keys.job_tombstone(job_id)))
 
+    def wait_for_disk(self, job_id: str) -> None:
+        """Wait as :meth:`Durability.wait` does until a job is on the disk."""
+        self.durability.wait(self.keys.job(job_id))
+
     def state(self, job_id: str) -> JobState | None:
         """Return the state of a job."""
         state = self.client.hget(self.keys.job(job_id), "state")

@@ -76,6 +76,10 @@ class RecordStore(TenantData, ABC, Generic[RecordT]):
         """Whether a record that does not exist has expired (and was not deleted)."""
         return bool(self.client.exists(self.layout.tombstone(record_id)))
 
+    def wait_for_disk(self, record_id: str) -> None:
+        """Wait as :meth:`Durability.wait` does until a record is on the disk."""
+        self.durability.wait(self.layout.record(record_id))
+
     def delete(self, record_id: str) -> bool:
         """Delete a record with its bytes; False if it did not exist."""
         names = self._bytes_of(record_id)

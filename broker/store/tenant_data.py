@@ -7,6 +7,7 @@ from redis import Redis
 
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
+from broker.store.durability import Durability
 from broker.store.keys import Keys
 
 PartT = TypeVar("PartT", bound="TenantData")
@@ -28,6 +29,8 @@ class TenantData:
         Times to live, limits, and the quota of tenants that have none of their own.
     keys
         The tenant's keys.
+    durability
+        Waiting until what was written is on the disk.
     """
 
     client: Redis
@@ -35,7 +38,9 @@ class TenantData:
     blobs: Blobs
     settings: StoreSettings
     keys: Keys
+    durability: Durability
 
     def _part(self, kind: type[PartT]) -> PartT:
         """Return other data of the same tenant, over the same connections."""
-        return kind(self.client, self.cache, self.blobs, self.settings, self.keys)
+        shared = self.client, self.cache, self.blobs, self.settings, self.keys, self.durability
+        return kind(*shared)

@@ -231,7 +231,7 @@ def requested_job(
         response.headers[_REPLAYED] = "true"
     else:
         record = submit(_with_webhook(service, asked, order))
-    service.store.durability.wait(service.store.keys.job(record.id))
+    service.store.jobs.wait_for_disk(record.id)
     job = Job.of(record, service.queue)
     response.headers["Location"] = job.links.self
     return job

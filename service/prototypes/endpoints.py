@@ -20,8 +20,7 @@ from service.http import (
 )
 from service.jobs import Job, JobOrder, answers, requested_job
 from service.names import LONGEST
-from service.prototypes.archives import LOCATION, UPLOADS
-from service.prototypes.lookup import PROTOTYPES, PrototypeId
+from service.prototypes.lookup import LOCATION, PROTOTYPES, PrototypeId
 from service.prototypes.schemas import DEFAULT_NAME, Prototype, PrototypePage, PrototypeRequest
 from service.shapes import (
     check_shapes,
@@ -81,17 +80,14 @@ def list_prototypes(
     "/{prototype}",
     response_model=Prototype,
     responses={
-        202: UPLOADS.validating,
+        202: PROTOTYPES.validating,
         **responses(PrototypeNotFound, PrototypeExpired, UnusablePrototype, InvalidRequest),
     },
     operation_id="get_prototype",
 )
 def get_prototype(prototype: PrototypeId, service: ServiceOf) -> Response:
     """Show a prototype."""
-    found = UPLOADS.find(service, prototype)
-    if found is None:
-        raise PROTOTYPES.missing(service, prototype)
-    return found
+    return PROTOTYPES.find(service, prototype)
 
 
 @router.delete(

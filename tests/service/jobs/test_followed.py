@@ -114,8 +114,7 @@ def test_a_match_that_its_batch_has_not_queued_yet_is_shown(queue: JobQueue) -> 
     (event,) = FollowedJobs(queue)([("default", waiting)])
     assert event is not None
     assert json.loads(event.data)["state"] == "queued"
-    keys, client = queue.store.keys, queue.store.client
-    asked = [(keys.job(waiting), keys.job(batch)), (keys.job(waiting), None)]
+    client, asked = queue.store.client, [("default", waiting, batch), ("default", waiting, None)]
     assert have_ended(client, asked) == [False, True]
     queue.cancel(batch)
     assert have_ended(client, asked) == [True, True]
