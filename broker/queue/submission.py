@@ -4,9 +4,9 @@ A job that is done in time slices is not queued itself: its time slices are, and
 the next. Nor is a batch: its matches are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import BinaryIO, Final, Self
 
 from redis.client import Pipeline
@@ -19,6 +19,7 @@ from broker.contracts import (
     JobKind,
     JobRecord,
     JobState,
+    Payload,
     PicturePayload,
     RequestOrigin,
     SpectrumKey,
@@ -38,7 +39,7 @@ from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spec
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import BlobReference, QuotaExceeded, Store, any_running, size_of, transact
+from broker.store import BlobReference, Quota, QuotaExceeded, Store, any_running, size_of, transact
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
@@ -77,15 +78,18 @@ class JobQueue:
         """Return the submission of a tenant's jobs."""
         return replace(self, store=self.store.of(tenant))
 
-    def submit(self, record: JobRecord, idempotency: IdempotencyRecord | None = None) -> JobRecord:
+    def submit(self, payload: Payload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
         """Store a new job and queue it, both or neither.
+
+        The spectra that it needs, and that are neither cached nor queued, are queued before it. Of
+        a batch, as many matches are queued as there are workers.
 
         Parameters
         ----------
-        record
-            The job.
-        idempotency
-            Record of the request; the job of an equal earlier request is returned instead.
+        payload
+            Kind and parameters of the job.
+        context
+            The request. If an equal one had the same idempotency key, its job is returned.
 
         Raises
         ------
@@ -96,7 +100,14 @@ class JobQueue:
         QuotaExceeded
             The tenant has as many bytes as it may have.
         """
-        return self._submit(self._admitted(record, idempotency), idempotency)
+        record = self._admitted(new_job(payload, context), context.idempotency)
+        if isinstance(payload, SpectralPayload):
+            for key in wanted_spectra(payload, self.store.shapes):
+                self._submit_spectrum(key, context)
+        record = self._submit(record, context.idempotency)
+        if isinstance(payload, BatchPayload):
+            self.batches.advance(record.id)
+        return record
 
     def earlier_job(self, context: RequestOrigin) -> JobRecord | None:
         """Return the job of an equal request with the same idempotency key, if there was one.
@@ -147,52 +158,52 @@ class JobQueue:
         record = admitted or new_job(payload, context)
         stored: BlobReference | None = None
         is_shape = isinstance(payload, ValidationPayload)
-        size = size_of(data)
+        size, quota = size_of(data), self.store.quotas.get()
         uploads, named = self.store.uploads, (payload.upload, payload.file_type)
 
-        def attempt(pipe: Pipeline) -> str:
+        def store_candidate(pipe: Pipeline) -> Callable[[], object]:
             nonlocal stored
-            holder = self._live_job(self.store.keys.candidate_job(*named), pipe)
-            if holder is not None:
-                # A candidate that was put for nothing is left to the sweep: if the reply to the
-                # transaction was lost, the holder may be this very job.
-                return holder
-            self.admit(record)
+            self.admit(record, quota)
             stored = stored or uploads.put_candidate(*named, data, record.id)
             try:
                 # Once more, in the transaction: others may have been taken meanwhile.
-                self.store.quotas.check(size, is_shape, pipe)
+                self.store.quotas.check(size, is_shape, pipe, quota)
             except QuotaExceeded:
                 uploads.discard_candidate(*named, stored, record.id)
                 raise
-            self.rq.enqueue(record, pipe)
-            self.store.jobs.create(record, pipe)
-            uploads.add_candidate(*named, stored, record.id, pipe)
-            return record.id
+            return partial(uploads.add_candidate, *named, stored, record.id, pipe)
 
         try:
-            self.store.quotas.check(size, is_shape)
-            # Repeated if an equal upload was first, or if the tenant got something else.
-            holder = transact(self.store.client, attempt)
+            self.store.quotas.check(size, is_shape, quota=quota)
+            # A candidate that was put for nothing is left to the sweep: if the reply to the
+            # transaction was lost, the holder may be this very job.
+            holder = self._submit_once(
+                record, self.store.keys.candidate_job(*named), store_candidate
+            )
         except (BlobError, QuotaExceeded):
             self.store.admission.release(record)
             raise
-        if holder == record.id:
-            _log_queued(record)
-        else:
+        if holder != record.id:
             self.store.admission.release(record)
         return holder
 
-    def admit(self, record: JobRecord) -> None:
+    def admit(self, record: JobRecord, quota: Quota | None = None) -> None:
         """Count a job that is about to be submitted towards the limits; it is counted once.
+
+        Parameters
+        ----------
+        record
+            The job.
+        quota
+            The tenant's quota, if it is known already.
 
         Raises
         ------
         TooManyQueued
             The caller or its tenant has as many as it may have.
         """
-        limits = self.settings.max_queued_jobs, self.store.quotas.get().jobs
-        self.store.admission.admit(record, *limits)
+        quota = quota or self.store.quotas.get()
+        self.store.admission.admit(record, self.settings.max_queued_jobs, quota.jobs)
 
     def submit_picture(self, payload: PicturePayload, context: RequestOrigin = NO_REQUEST) -> str:
         """Queue the drawing of a picture unless it is being drawn; return the job that draws it."""
@@ -210,21 +221,6 @@ class JobQueue:
         """Return whether a job is queued to deliver a webhook of the tenant, or delivers it."""
         return self.store.jobs.named_by([self.store.keys.delivery]) != [None]
 
-    def submit_with_spectra(
-        self, payload: SpectralPayload, context: RequestOrigin = NO_REQUEST
-    ) -> JobRecord:
-        """Queue a job, and before it the spectra it needs that are neither cached nor queued.
-
-        Raises
-        ------
-        KeyReused, TooManyQueued
-            As for :meth:`submit`.
-        """
-        record = self._admitted(new_job(payload, context), context.idempotency)
-        for key in wanted_spectra(payload, self.store.shapes):
-            self._submit_spectrum(key, context)
-        return self._submit(record, context.idempotency)
-
     def spectra_ahead(self, record: JobRecord) -> int:
         """Return the number of spectra that a job needs and others compute, or will before it."""
         payload = record.payload
@@ -241,18 +237,6 @@ class JobQueue:
         with self.store.client.pipeline() as pipe:
             self._enqueue_time_slice(record, number, pipe)
             pipe.execute()
-
-    def submit_batch(self, payload: BatchPayload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
-        """Queue a batch, and as many of its matches as there are workers.
-
-        Raises
-        ------
-        KeyReused, TooManyQueued
-            As for :meth:`submit`.
-        """
-        record = self.submit(new_job(payload, context), context.idempotency)
-        self.batches.advance(record.id)
-        return record
 
     def job(self, job_id: str) -> JobRecord | None:
         """Return a job in its present state, or None if it does not exist (any more).
@@ -347,9 +331,10 @@ class JobQueue:
             reserved = self.store.admission.reserve(idempotency, record.id)
             record = record.model_copy(update={"id": reserved})
         if record.is_listed:
+            quota = self.store.quotas.get()
             if self.store.jobs.state(record.id) is None:
-                self.store.quotas.check(size=1)
-            self.admit(record)
+                self.store.quotas.check(size=1, quota=quota)
+            self.admit(record, quota)
         return record
 
     def _submit(self, record: JobRecord, idempotency: IdempotencyRecord | None) -> JobRecord:
@@ -373,16 +358,36 @@ class JobQueue:
             _log_queued(record)
         return submitted
 
-    def _submit_once(self, record: JobRecord, marker: str) -> str:
-        """Queue a job unless the one that a key names has not ended; return that one's id."""
+    def _submit_once(
+        self,
+        record: JobRecord,
+        marker: str,
+        prepare: Callable[[Pipeline], Callable[[], object]] | None = None,
+    ) -> str:
+        """Queue a job unless the one that a key names has not ended; return that one's id.
+
+        Parameters
+        ----------
+        record
+            The job.
+        marker
+            The key.
+        prepare
+            Called before the transaction, which is repeated if keys that it watches change; returns
+            what sets the key in the transaction.
+        """
+
+        def mark(pipe: Pipeline) -> Callable[[], object]:
+            return partial(pipe.set, marker, record.id, ex=_MARKED_SECONDS)
 
         def attempt(pipe: Pipeline) -> str:
             holder = self._live_job(marker, pipe)
             if holder is not None:
                 return holder
+            finish = (prepare or mark)(pipe)
             self.rq.enqueue(record, pipe)
             self.store.jobs.create(record, pipe)
-            pipe.set(marker, record.id, ex=_MARKED_SECONDS)
+            finish()
             return record.id
 
         holder = transact(self.store.client, attempt)

@@ -114,7 +114,13 @@ class Quotas(TenantData):
         """
         return int(scripts.COUNT_HELD(self.client, [self.keys.held], limit))
 
-    def check(self, size: int = 0, shapes: int = 0, pipe: Pipeline | None = None) -> None:
+    def check(
+        self,
+        size: int = 0,
+        shapes: int = 0,
+        pipe: Pipeline | None = None,
+        quota: Quota | None = None,
+    ) -> None:
         """Refuse to keep more than the tenant may have.
 
         Parameters
@@ -123,13 +129,15 @@ class Quotas(TenantData):
             Bytes and shapes that are to be kept besides those that are.
         pipe
             Of the transaction that stores them, which fails if the tenant gets others meanwhile.
+        quota
+            The tenant's quota, if it is known already.
 
         Raises
         ------
         QuotaExceeded
             It would be more.
         """
-        quota = self.get()
+        quota = quota or self.get()
         if pipe is not None and (quota.shapes or quota.bytes):
             pipe.watch(self.keys.shapes, self.keys.held)
         if quota.shapes and shapes:

@@ -275,7 +275,7 @@ def test_matches_work_without_the_cache(
     payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
 
     def matched() -> JobRecord:
-        record = ended(queue, queue.submit_with_spectra(payload).id)
+        record = ended(queue, queue.submit(payload).id)
         assert record.state is JobState.SUCCEEDED, record
         return record
 
