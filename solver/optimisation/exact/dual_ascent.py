@@ -140,23 +140,7 @@ class AscentState:
     def costs(self) -> ReparametrisedCosts:
         """Return the costs as they are divided now, of the candidates that are left."""
         unary = self.own + self.messages.sum(axis=0)
-        matched = np.flatnonzero(self.labels != UNMATCHED)
-        alone = np.flatnonzero(self.labels == UNMATCHED)
-        pairwise = divided_costs(
-            self.original.pairwise,
-            self.labels[matched],
-            self.points[matched],
-            np.ascontiguousarray(self.messages[:, matched]),
-        )
-        occlusion = np.full(len(self.messages), np.inf)
-        occlusion[self.points[alone]] = unary[alone]
-        return replace(
-            self.original,
-            unary=unary[matched],
-            pairwise=pairwise,
-            occlusion=occlusion,
-            triples=self.original.triples.among(self.labels[matched]),
-        )
+        return divided_costs(self.original, self.points, self.labels, unary, self.messages)
 
     def least_sum(self) -> float:
         """Sum of the least costs of all points, and the constant."""
@@ -204,21 +188,46 @@ def _largest(costs: FloatArray) -> float:
     return largest.max() if len(largest) else 0.0
 
 
-@kernel
 def divided_costs(
-    pairwise: FloatArray, kept: IntArray, points: IntArray, messages: FloatArray
-) -> FloatArray:
-    """Pairwise costs of some candidates, less the costs that were moved to points.
+    costs: ReparametrisedCosts,
+    points: IntArray,
+    labels: IntArray,
+    unary: FloatArray,
+    messages: FloatArray,
+) -> ReparametrisedCosts:
+    """Costs of some labels, as a dual ascent has divided them.
 
     Parameters
     ----------
-    pairwise
-        (V, V) of all.
-    kept, points
-        (V',) those that are wanted, and their source points.
+    costs
+        Of the problem.
+    points, labels
+        (L,) source point of each label, ascending; its candidate, `UNMATCHED` for none.
+    unary
+        (L,) costs of the labels with the costs that were moved to them.
     messages
-        (N, V') what was moved to each of them from its point's pair with each other.
+        (N, L) costs that were moved to each label from its point's pair with each other point.
     """
+    matched = np.flatnonzero(labels != UNMATCHED)
+    alone = np.flatnonzero(labels == UNMATCHED)
+    kept = labels[matched]
+    moved = np.ascontiguousarray(messages[:, matched])
+    occlusion = np.full(len(messages), np.inf)
+    occlusion[points[alone]] = unary[alone]
+    return replace(
+        costs,
+        unary=unary[matched],
+        pairwise=_less_messages(costs.pairwise, kept, points[matched], moved),
+        occlusion=occlusion,
+        triples=costs.triples.among(kept),
+    )
+
+
+@kernel
+def _less_messages(
+    pairwise: FloatArray, kept: IntArray, points: IntArray, messages: FloatArray
+) -> FloatArray:
+    """Pairwise costs of some candidates, less the costs that were moved to their points."""
     found = np.empty((len(kept), len(kept)))
     rows = np.searchsorted(points, np.arange(len(messages) + 1))
     for i in range(len(kept)):

@@ -1,7 +1,5 @@
 """Correspondences of a region by the costs of its dual ascent: exact search, and assignment."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from solver.arrays import IntArray
@@ -55,31 +53,16 @@ def search_region(
     best = Incumbents.none(1, problem.n_sources)
     best.energies[0] = incumbent.energy
     kept = np.arange(part.n_candidates)
-    costs = _costs(problem, region, own)
+    labels = np.full(len(region.labels), UNMATCHED)
+    labels[matched] = kept
+    unary = region.unary(problem)
+    costs = divided_costs(own, region.points, labels, unary, region.messages)
     search = start_search(own, costs, region.points[matched], kept, best)
     each = min(nodes, _NODES_PER_ROUND)
     ended = iterate(DepthFirstSearch(search, each), -(-nodes // each), control)
     if best.energies[0] < incumbent.energy:
         incumbent = Incumbent.of(problem, partners_of(part, best.chosen[0]))
     return incumbent, ended.status is Status.CONVERGED, int(search.counters[NODES])
-
-
-def _costs(
-    problem: LabellingProblem, region: Region, own: ReparametrisedCosts
-) -> ReparametrisedCosts:
-    """Costs as the dual ascent has divided them, without pairs of which a point is unmatched."""
-    unary, points = region.unary(problem), region.points
-    matched = np.flatnonzero(region.labels != UNMATCHED)
-    alone = np.flatnonzero(region.labels == UNMATCHED)
-    pairwise = divided_costs(
-        own.pairwise,
-        np.arange(len(matched)),
-        points[matched],
-        np.ascontiguousarray(region.messages[:, matched]),
-    )
-    occlusion = np.full(problem.n_sources, np.inf)
-    occlusion[points[alone]] = unary[alone]
-    return replace(own, unary=unary[matched], pairwise=pairwise, occlusion=occlusion)
 
 
 def assign_labels(problem: LabellingProblem, region: Region) -> IntArray:
