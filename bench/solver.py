@@ -30,7 +30,6 @@ COMBINATIONS = {
     "source pairs": Subproblems(target_pairs=False),
     "source, target pairs": Subproblems(),
     "both, maxflow": Subproblems(maxflow=True),
-    "both, triples": Subproblems(triples=16),
 }
 
 

@@ -60,7 +60,7 @@ _SLOW: Final = 2.0
 """Seconds from which on a step is told: it was compiled."""
 
 _ITERATIONS = 150
-"""Iterations of the dual decomposition until it has added all its subproblems."""
+"""Iterations of the dual decomposition, so many that it fuses correspondences."""
 
 
 def warm_up() -> None:

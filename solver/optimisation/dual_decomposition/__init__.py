@@ -2,11 +2,10 @@
 
 The energy is split into subproblems, each of which is easy: a **linear** one, the assignment
 without pairwise costs; **pairs** of source points, or of target points, with all their candidates,
-and **triples** where pairs disagree; and a **maxflow** one, all pairwise costs without constraints.
-Every cost is divided among the subproblems that have it. For any division, the minima of the
-subproblems add up to a lower bound; a projected subgradient method maximises it. Matches take the
-linear one, pairs, and the triples that have third-order costs; the others serve comparisons
-(``python -m bench.solver``).
+and **triples** that have third-order costs; and a **maxflow** one, all pairwise costs without
+constraints. Every cost is divided among the subproblems that have it. For any division, the minima
+of the subproblems add up to a lower bound; a projected subgradient method maximises it. Matches
+take all but the maxflow one, which serves comparisons (``python -m bench.solver``).
 
 After Torresani, Kolmogorov and Rother, "Feature correspondence via graph matching: models and
 global optimization", ECCV 2008. Pairs of both shapes, which exchange shares of each pairwise cost,
@@ -23,8 +22,7 @@ from solver.optimisation.dual_decomposition.maxflow import MaxflowSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.relaxation import Subproblems
 from solver.optimisation.dual_decomposition.subgradient import DualDecomposition, DualState
-from solver.optimisation.dual_decomposition.triple_choice import choose_triples
-from solver.optimisation.dual_decomposition.triples import TripleSubproblems
+from solver.optimisation.dual_decomposition.triples import TripleSubproblems, triples_of
 
 __all__ = [
     "DualDecomposition",
@@ -33,9 +31,9 @@ __all__ = [
     "PairSubproblems",
     "Subproblems",
     "TripleSubproblems",
-    "choose_triples",
     "full_costs",
     "full_groups",
     "sides_of",
     "sparse_groups",
+    "triples_of",
 ]

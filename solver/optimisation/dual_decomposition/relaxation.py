@@ -22,7 +22,6 @@ from solver.optimisation.dual_decomposition.linear import LinearSubproblem
 from solver.optimisation.dual_decomposition.maxflow import MaxflowSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.reduced_costs import reduced_costs
-from solver.optimisation.dual_decomposition.triple_choice import choose_triples
 from solver.optimisation.dual_decomposition.triples import (
     TripleSubproblems,
     disjoint_sets,
@@ -42,9 +41,6 @@ class Subproblems:
         which are never negative, are left out of the bound.
     maxflow
         All candidates and pairwise costs without constraints, by roof duality.
-    triples
-        Number of triples of points that are added, at most, on each shape that has pairs whenever
-        the bound stalls. Only for problems with metrics or a table.
 
     Raises
     ------
@@ -55,7 +51,6 @@ class Subproblems:
     source_pairs: bool = True
     target_pairs: bool = True
     maxflow: bool = False
-    triples: int = 0
 
     def __post_init__(self) -> None:
         if not (self.source_pairs or self.target_pairs or self.maxflow):
@@ -90,7 +85,7 @@ class Relaxation:
     """
 
     def __init__(self, problem: LabellingProblem, subproblems: Subproblems) -> None:
-        self._problem, self._subproblems = problem, subproblems
+        self._problem = problem
         self.linear = LinearSubproblem(problem)
         self._pairs = _pairs_of_sides(problem, subproblems)
         self._parts: list[Subproblem] = list(self._pairs)
@@ -101,7 +96,6 @@ class Relaxation:
             part, exchanges = _maxflow(problem, self._pairs, self.linear)
             self._parts.append(part)
             self._exchanges += exchanges
-        self._in_triples = [np.zeros(len(p.groups.points), dtype=np.bool_) for p in self._pairs]
         self._third = self._third_order() if subproblems.source_pairs else []
         self._minimum = -np.inf
 
@@ -118,8 +112,7 @@ class Relaxation:
         third, found = self._problem.triples, []
         for members in disjoint_sets(third.points):
             pairs = self._pairs[0]
-            triples = triples_of(pairs.side, pairs.groups, third.points[members], third=True)
-            self._in_triples[0][triples.groups] = True
+            triples = triples_of(pairs.side, pairs.groups, third.points[members])
             costs = np.concatenate([third.table(t).ravel() for t in members])
             part = TripleSubproblems(pairs, triples, costs)
             self._parts.append(part)
@@ -139,17 +132,6 @@ class Relaxation:
         if norm > 0.0:
             for exchange in self._exchanges:
                 exchange.step(rise / norm)
-
-    def add_triples(self) -> None:
-        """Add the triples that raise the bound most at the present costs."""
-        if self._subproblems.triples == 0 or not self._problem.all_pairs_cost:
-            return
-        for pairs, taken in zip(self._pairs, self._in_triples, strict=True):
-            chosen = choose_triples(pairs, self._subproblems.triples, taken)
-            if len(chosen.points):
-                triples = TripleSubproblems(pairs, chosen)
-                self._parts.append(triples)
-                self._exchanges += triples.exchanges(self.linear)
 
     def reparametrised_costs(self) -> ReparametrisedCosts:
         """Costs of the same correspondences, whose constant is the present bound.

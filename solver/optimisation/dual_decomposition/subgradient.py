@@ -18,8 +18,6 @@ _SHORTEN, _LENGTHEN = 0.7, 1.02
 """Factors on the step after a stall, and after an iteration that raises the bound."""
 _LEAST_FACTOR = 0.005
 """Steps are shortened no further."""
-_TRIPLES_FACTOR = 0.1
-"""Triples are added once steps are so short: before, the pairs still have much to gain."""
 _PROPOSAL_PERIOD, _RISING_PROPOSAL_PERIOD = 20, 5
 """Iterations between two proposals for the correspondence; the second while the bound rises."""
 
@@ -45,18 +43,15 @@ class PolyakStep:
     stalled: int = 0
     best: float = -np.inf
 
-    def update(self, bound: float, rises: bool) -> bool:
-        """Adapt the factor to the bound of an iteration; return whether it has been reduced."""
+    def update(self, bound: float, rises: bool) -> None:
+        """Adapt the factor to the bound of an iteration."""
+        self.stalled += 1
         if rises:
             self.stalled, self.best = 0, bound
             self.factor = min(self.factor * _LENGTHEN, 1.0)
-            return False
-        self.stalled += 1
-        if self.stalled < _STALL_LIMIT:
-            return False
-        self.stalled, self.best = 0, bound
-        self.factor = max(self.factor * _SHORTEN, _LEAST_FACTOR)
-        return True
+        elif self.stalled == _STALL_LIMIT:
+            self.stalled, self.best = 0, bound
+            self.factor = max(self.factor * _SHORTEN, _LEAST_FACTOR)
 
 
 @dataclass(eq=False)
@@ -175,8 +170,7 @@ class DualDecomposition:
             proposal = relaxation.linear.partners
             state.incumbent = improved(self._problem, state.incumbent, proposal)
         state.history.append(state.lower_bound)
-        if rule.update(bound, rises) and rule.factor < _TRIPLES_FACTOR:
-            relaxation.add_triples()
+        rule.update(bound, rises)
         relaxation.ascend(rule.factor * max(state.incumbent.energy - bound, 0.0))
         return state
 

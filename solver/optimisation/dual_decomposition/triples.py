@@ -1,9 +1,8 @@
 """Triple subproblems: three points of one shape with all their candidates.
 
-Three pairs of points may have minimisers that no common choice for the three points attains. The
-minimum of the triple is at least the sum of the pairs' minima. Those that are chosen
-(:mod:`.triple_choice`) take over all costs of their pairs, so that the bound rises by the
-difference at once. Triples with third-order costs take part from the beginning, and have these too.
+Triples with third-order costs take over all costs of their pairs. Three pairs of points may have
+minimisers that no common choice for the three points attains: the minimum of a triple is at least
+the sum of the pairs' minima, even without its own costs.
 """
 
 from itertools import combinations
@@ -42,7 +41,7 @@ class Triples(NamedTuple):
     pairwise
         (T+1,) offsets of the pairwise costs, three blocks in the order of `groups`.
     third
-        (T+1,) offsets of the third-order costs, all 0 without any.
+        (T+1,) offsets of the third-order costs.
     """
 
     points: IntArray
@@ -52,19 +51,19 @@ class Triples(NamedTuple):
     third: IntArray
 
 
-def triples_of(side: Side, groups: Groups, points: IntArray, *, third: bool = False) -> Triples:
-    """Return the layout of some triples of points, with or without third-order costs."""
+def triples_of(side: Side, groups: Groups, points: IntArray) -> Triples:
+    """Return the layout of the (T, 3) triples of points."""
     number = numbers(side, groups)
-    p, q, r = points.reshape(-1, 3).T
-    members = np.stack([number[p, q], number[p, r], number[q, r]], axis=1).reshape(-1, 3)
-    sizes = np.diff(side.first)[points.reshape(-1, 3)]
+    p, q, r = points.T
+    members = np.stack([number[p, q], number[p, r], number[q, r]], axis=1)
+    sizes = np.diff(side.first)[points]
     k, m, n = sizes.T
     return Triples(
-        points.reshape(-1, 3),
+        points,
         members,
         offsets(sizes.sum(axis=1)),
         offsets(k * m + k * n + m * n),
-        offsets(k * m * n if third else np.zeros_like(k)),
+        offsets(k * m * n),
     )
 
 
@@ -113,11 +112,8 @@ class TripleSubproblems:
         Candidate of each unary cost; position of each pairwise cost among those of the pairs.
     """
 
-    def __init__(
-        self, pairs: PairSubproblems, triples: Triples, third: FloatArray | None = None
-    ) -> None:
-        self._pairs, self._triples = pairs, triples
-        self._third: FloatArray = np.empty(0) if third is None else third
+    def __init__(self, pairs: PairSubproblems, triples: Triples, third: FloatArray) -> None:
+        self._pairs, self._triples, self._third = pairs, triples, third
         self.candidate_at, self.place_at = _layout(pairs.side, pairs.groups, triples)
         self.unary, self.pairwise = _take_over(
             pairs.side, pairs.groups, triples, pairs.unary, pairs.pairwise
@@ -145,7 +141,7 @@ class TripleSubproblems:
 
     def _slack(self, t: int) -> FloatArray:
         triples = self._triples
-        k, m, n = shape_of(self._pairs.side, triples.points[t])
+        k, m, n = _shape_of(self._pairs.side, triples.points[t])
         one, two, three = np.split(self.unary[triples.unary[t] : triples.unary[t + 1]], [k, k + m])
         own = self.pairwise[triples.pairwise[t] : triples.pairwise[t + 1]]
         first, second, third = np.split(own, [k * m, k * m + k * n])
@@ -193,7 +189,7 @@ class TripleSubproblems:
 
 
 @kernel
-def shape_of(side: Side, points: IntArray) -> tuple[int, int, int]:
+def _shape_of(side: Side, points: IntArray) -> tuple[int, int, int]:
     """Numbers of candidates of three points."""
     p, q, r = points
     return (
@@ -204,7 +200,7 @@ def shape_of(side: Side, points: IntArray) -> tuple[int, int, int]:
 
 
 @kernel
-def solve(
+def _solve(
     one: FloatArray,
     two: FloatArray,
     three: FloatArray,
@@ -212,13 +208,9 @@ def solve(
     costs: FloatArray,
     optional: bool,
 ) -> tuple[float, int, int, int]:
-    """Minimum over one candidate for each point, or none where that is allowed.
-
-    Costs of all three are row by row, or none.
-    """
+    """Minimum over one candidate for each point, or none where that is allowed."""
     first, second, third = blocks
     least = -1 if optional else 0
-    m, n, together = len(two), len(three), len(costs) > 0
     best, best_i, best_j, best_k = np.inf, NOTHING, NOTHING, NOTHING
     for i in range(least, len(one)):
         alone = one[i] if i >= 0 else 0.0
@@ -238,8 +230,8 @@ def solve(
                     cost += second[i, k]
                 if j >= 0:
                     cost += third[j, k]
-                    if together and i >= 0:
-                        cost += costs[(i * m + j) * n + k]
+                    if i >= 0:
+                        cost += costs[i, j, k]
                 if cost < best:
                     best, best_i, best_j, best_k = cost, i, j, k
     return best, best_i, best_j, best_k
@@ -271,7 +263,7 @@ def _take_over(
     own_unary = np.zeros(triples.unary[-1])
     own_pairwise = np.empty(triples.pairwise[-1])
     for t in range(len(triples.points)):
-        k, m, n = shape_of(side, triples.points[t])
+        k, m, n = _shape_of(side, triples.points[t])
         start = triples.unary[t]
         starts = (start, start + k, start + k + m)
         lengths = (k, m, n)
@@ -304,19 +296,19 @@ def _minimise(
     minima: FloatArray,
 ) -> None:
     for t in range(len(triples.points)):
-        k, m, n = shape_of(side, triples.points[t])
+        k, m, n = _shape_of(side, triples.points[t])
         u, e = triples.unary[t], triples.pairwise[t]
         blocks = (
             pairwise[e : e + k * m].reshape(k, m),
             pairwise[e + k * m : e + k * m + k * n].reshape(k, n),
             pairwise[e + k * m + k * n : triples.pairwise[t + 1]].reshape(m, n),
         )
-        minima[t], choices[t, 0], choices[t, 1], choices[t, 2] = solve(
+        minima[t], choices[t, 0], choices[t, 1], choices[t, 2] = _solve(
             unary[u : u + k],
             unary[u + k : u + k + m],
             unary[u + k + m : u + k + m + n],
             blocks,
-            third[triples.third[t] : triples.third[t + 1]],
+            third[triples.third[t] : triples.third[t + 1]].reshape(k, m, n),
             optional,
         )
 
@@ -327,7 +319,7 @@ def _positions(side: Side, triples: Triples, choices: IntArray) -> tuple[IntArra
     pairwise = np.empty(3 * len(choices), dtype=np.int64)
     u = e = 0
     for t in range(len(choices)):
-        k, m, n = shape_of(side, triples.points[t])
+        k, m, n = _shape_of(side, triples.points[t])
         i, j, h = choices[t]
         start, place = triples.unary[t], triples.pairwise[t]
         if i >= 0:

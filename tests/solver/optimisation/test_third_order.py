@@ -61,9 +61,8 @@ def test_seven_points_with_several_triples() -> None:
         Subproblems(maxflow=True),
         Subproblems(target_pairs=False),
         Subproblems(source_pairs=False),
-        Subproblems(triples=4),
     ],
-    ids=["pairs", "maxflow", "source pairs", "target pairs", "more triples"],
+    ids=["pairs", "maxflow", "source pairs", "target pairs"],
 )
 @pytest.mark.parametrize("gamma", [np.inf, 0.4])
 def test_bound_of_the_dual_decomposition(subproblems: Subproblems, gamma: float) -> None:
