@@ -62,9 +62,7 @@ def sides_of(problem: LabellingProblem) -> tuple[Side, Side]:
 
 
 def _side(point: IntArray, other: IntArray, count: int) -> Side:
-    order = np.argsort(point, kind="stable").astype(np.int64)
-    first = np.searchsorted(point[order], np.arange(count + 1)).astype(np.int64)
-    return Side(point, other, first, order)
+    return Side(point, other, *rows_of(point, count))
 
 
 def full_groups(side: Side) -> Groups:
@@ -253,56 +251,26 @@ def _keys(one: IntArray, two: IntArray, width: int) -> IntArray:
 
 def candidates_of(side: Side, groups: Groups) -> tuple[IntArray, IntArray]:
     """Return the two candidates, (E,) each, that each pairwise cost belongs to."""
-    if not groups.listed:
-        return _candidates_of_blocks(side, groups)
     group = np.repeat(np.arange(len(groups.points)), np.diff(groups.pairwise))
     p, q = groups.points[group].T
-    one: IntArray = side.order[side.first[p] + groups.rows]
-    two: IntArray = side.order[side.first[q] + groups.columns]
+    rows, columns = groups.rows, groups.columns
+    if not groups.listed:
+        places = np.arange(len(group)) - groups.pairwise[group]
+        rows, columns = np.divmod(places, np.diff(side.first)[q])
+    one: IntArray = side.order[side.first[p] + rows]
+    two: IntArray = side.order[side.first[q] + columns]
     return one, two
 
 
-@kernel
-def _candidates_of_blocks(side: Side, groups: Groups) -> tuple[IntArray, IntArray]:
-    one = np.empty(groups.pairwise[-1], dtype=np.int64)
-    two = np.empty(groups.pairwise[-1], dtype=np.int64)
-    for g in range(len(groups.points)):
-        p, q = groups.points[g]
-        e = groups.pairwise[g]
-        for i in range(side.first[p], side.first[p + 1]):
-            for j in range(side.first[q], side.first[q + 1]):
-                one[e] = side.order[i]
-                two[e] = side.order[j]
-                e += 1
-    return one, two
+def candidates_at(side: Side, points: IntArray) -> IntArray:
+    """Return the candidate that each unary cost of (G, k) groups of points belongs to."""
+    return gather(side.first, side.order, points.ravel())
 
 
-@kernel
-def candidates_at(side: Side, groups: Groups) -> IntArray:
-    """Return the (S,) candidate that each unary cost of the groups belongs to."""
-    at = np.empty(groups.unary[-1], dtype=np.int64)
-    for g in range(len(groups.points)):
-        place = groups.unary[g]
-        for point in groups.points[g]:
-            for i in range(side.first[point], side.first[point + 1]):
-                at[place] = side.order[i]
-                place += 1
-    return at
-
-
-@kernel
 def rows_of(index: IntArray, count: int) -> tuple[IntArray, IntArray]:
     """Positions of each value of an index, in compressed rows."""
-    first = np.zeros(count + 1, dtype=np.int64)
-    for value in index:
-        first[value + 1] += 1
-    first = np.cumsum(first)
-    fill = first[:-1].copy()
-    places = np.empty(len(index), dtype=np.int64)
-    for position in range(len(index)):
-        places[fill[index[position]]] = position
-        fill[index[position]] += 1
-    return first, places
+    places = np.argsort(index, kind="stable").astype(np.int64)
+    return np.searchsorted(index[places], np.arange(count + 1)).astype(np.int64), places
 
 
 @kernel

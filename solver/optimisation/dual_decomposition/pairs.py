@@ -58,7 +58,7 @@ class PairSubproblems:
 
     def __post_init__(self) -> None:
         count = len(self.groups.points)
-        self.candidate_at = candidates_at(self.side, self.groups)
+        self.candidate_at = candidates_at(self.side, self.groups.points)
         self.unary: FloatArray = np.zeros(len(self.candidate_at))
         self.minima: FloatArray = np.zeros(count)
         self._places = rows_of(self.candidate_at, len(self.side.point))

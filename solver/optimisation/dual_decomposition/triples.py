@@ -17,6 +17,7 @@ from solver.optimisation.dual_decomposition.groups import (
     NOTHING,
     Groups,
     Side,
+    candidates_at,
     gather,
     numbers,
     offsets,
@@ -114,7 +115,9 @@ class TripleSubproblems:
 
     def __init__(self, pairs: PairSubproblems, triples: Triples, third: FloatArray) -> None:
         self._pairs, self._triples, self._third = pairs, triples, third
-        self.candidate_at, self.place_at = _layout(pairs.side, pairs.groups, triples)
+        self.candidate_at = candidates_at(pairs.side, triples.points)
+        places = np.arange(len(pairs.pairwise))
+        self.place_at = gather(pairs.groups.pairwise, places, triples.groups.ravel())
         self.unary, self.pairwise = _take_over(
             pairs.side, pairs.groups, triples, pairs.unary, pairs.pairwise
         )
@@ -235,24 +238,6 @@ def _solve(
                 if cost < best:
                     best, best_i, best_j, best_k = cost, i, j, k
     return best, best_i, best_j, best_k
-
-
-@kernel
-def _layout(side: Side, groups: Groups, triples: Triples) -> tuple[IntArray, IntArray]:
-    candidate_at = np.empty(triples.unary[-1], dtype=np.int64)
-    place_at = np.empty(triples.pairwise[-1], dtype=np.int64)
-    for t in range(len(triples.points)):
-        place = triples.unary[t]
-        for point in triples.points[t]:
-            for i in range(side.first[point], side.first[point + 1]):
-                candidate_at[place] = side.order[i]
-                place += 1
-        place = triples.pairwise[t]
-        for g in triples.groups[t]:
-            for e in range(groups.pairwise[g], groups.pairwise[g + 1]):
-                place_at[place] = e
-                place += 1
-    return candidate_at, place_at
 
 
 @kernel
