@@ -1,6 +1,6 @@
 """Reparametrised costs for lower bounds."""
 
-from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,14 +10,13 @@ from solver.labelling import NO_TRIPLES, LabellingProblem, TripleCosts
 from solver.optimisation.rounding import allowance
 
 
-@dataclass(frozen=True, eq=False)
-class ReparametrisedCosts:
+class ReparametrisedCosts(NamedTuple):
     """Costs that add up to no more than the energy, for every correspondence of a problem.
 
     A reparametrisation moves costs between unary and pairwise terms, and into a constant, without
     raising the energy of any correspondence; the greater the constant, the better the lower bound.
 
-    Parameters
+    Attributes
     ----------
     constant
         Cost of every correspondence.
@@ -27,26 +26,25 @@ class ReparametrisedCosts:
         (V, V) symmetric cost of every two candidates, ``inf`` where they exclude one another.
     occlusion
         (N,) cost of leaving each source point unmatched, ``inf`` where that is forbidden.
-    triples
-        Third-order costs, never negative, so that bounds may leave them out.
     scale
         Of the problem's own costs, for the rounding errors of sums of these.
+    triples
+        Third-order costs, never negative, so that bounds may leave them out.
     """
 
     constant: float
     unary: FloatArray
     pairwise: FloatArray
     occlusion: FloatArray
+    scale: float
     triples: TripleCosts = NO_TRIPLES
-    scale: float = field(kw_only=True)
 
     @classmethod
     def of(cls, problem: LabellingProblem) -> "ReparametrisedCosts":
         """Return the problem's own costs."""
         occlusion = np.full(problem.n_sources, float(problem.occlusion_cost))
         pairwise = problem.pairwise_matrix()
-        own = problem.unary, pairwise, occlusion, problem.triples
-        return cls(0.0, *own, scale=problem.scale)
+        return cls(0.0, problem.unary, pairwise, occlusion, problem.scale, problem.triples)
 
     def promising(self, rows: IntArray, limit: float) -> IntArray:
         """Candidates that a correspondence below a limit may use.
@@ -71,15 +69,13 @@ class ReparametrisedCosts:
         rounding = allowance(limit, self.scale)
         if self.pairwise.min(initial=0.0) < -rounding:
             return np.arange(len(self.unary))
-        least = _least_with_each(self.unary, self.pairwise, self.occlusion, rows)
-        return np.flatnonzero(self.constant + least < limit - rounding)
+        return np.flatnonzero(self.constant + _least_with_each(self, rows) < limit - rounding)
 
     def among(self, kept: IntArray) -> "ReparametrisedCosts":
         """Return the costs of some of the candidates."""
         pairwise = costs_among(self.pairwise, kept)
-        return replace(
-            self, unary=self.unary[kept], pairwise=pairwise, triples=self.triples.among(kept)
-        )
+        triples = self.triples.among(kept)
+        return self._replace(unary=self.unary[kept], pairwise=pairwise, triples=triples)
 
 
 @kernel
@@ -94,10 +90,9 @@ def costs_among(costs: FloatArray, kept: IntArray) -> FloatArray:
 
 
 @kernel
-def _least_with_each(
-    unary: FloatArray, pairwise: FloatArray, occlusion: FloatArray, rows: IntArray
-) -> FloatArray:
+def _least_with_each(costs: ReparametrisedCosts, rows: IntArray) -> FloatArray:
     """(V,) cost of each candidate with the best choice of each other point."""
+    unary, pairwise, occlusion = costs.unary, costs.pairwise, costs.occlusion
     total, least = np.zeros(len(unary)), np.empty(len(unary))
     for y in range(len(rows) - 1):
         least[:] = occlusion[y]

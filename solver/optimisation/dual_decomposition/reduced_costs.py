@@ -50,7 +50,7 @@ def reduced_costs(
     np.fill_diagonal(pairwise, 0.0)
     constant += float(rows.sum() + columns.sum())
     constant -= ROUNDING * abs(constant)
-    return ReparametrisedCosts(constant, unary, pairwise, occlusion, scale=problem.scale)
+    return ReparametrisedCosts(constant, unary, pairwise, occlusion, problem.scale)
 
 
 def _potentials(

@@ -1,6 +1,6 @@
 """Relaxation of a labelling problem: its subproblems, and the exchanges of costs between them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -151,7 +151,7 @@ class Relaxation:
         if not slacks:
             return costs
         tables = [slacks[t] for t in range(len(third.points))]
-        return replace(costs, triples=triple_costs(third.rows, third.points, tables))
+        return costs._replace(triples=triple_costs(third.rows, third.points, tables))
 
 
 def _pairs_of_sides(problem: LabellingProblem, subproblems: Subproblems) -> list[PairSubproblems]:

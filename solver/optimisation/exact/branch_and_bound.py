@@ -195,7 +195,7 @@ def _incumbents(
     best = Incumbents.none(m, problem.n_sources)
     if known is not None:
         chosen = problem.chosen_candidates(known)
-        keep(best, energy_of(own.unary, own.pairwise, own.occlusion, own.triples, chosen), chosen)
+        keep(best, energy_of(own, chosen), chosen)
     return best
 
 

@@ -91,8 +91,7 @@ def _keep(s: Search) -> None:
     chosen = np.empty(len(s.chosen), dtype=np.int64)
     for x in range(len(chosen)):
         chosen[x] = s.kept[s.chosen[x]] if s.chosen[x] >= 0 else UNMATCHED
-    own = s.own_unary, s.own_pairwise, s.own_occlusion, s.own_triples
-    keep(s.best, energy_of(*own, chosen), chosen)
+    keep(s.best, energy_of(s.own, chosen), chosen)
 
 
 @inlined

@@ -14,7 +14,7 @@ less than an iteration of a dual decomposition, but of the constraints of target
 only that no two source points share one.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -214,8 +214,7 @@ def divided_costs(
     moved = np.ascontiguousarray(messages[:, matched])
     occlusion = np.full(len(messages), np.inf)
     occlusion[points[alone]] = unary[alone]
-    return replace(
-        costs,
+    return costs._replace(
         unary=unary[matched],
         pairwise=_less_messages(costs.pairwise, kept, points[matched], moved),
         occlusion=occlusion,

@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.labelling import UNMATCHED, TripleCosts, add_triple_costs, costs_of_triples
+from solver.labelling import UNMATCHED, add_triple_costs, costs_of_triples
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 OPEN = -2
@@ -69,15 +69,18 @@ def keep(found: Incumbents, energy: float, chosen: IntArray) -> None:
 
 
 @kernel
-def energy_of(
-    unary: FloatArray,
-    pairwise: FloatArray,
-    occlusion: FloatArray,
-    triples: TripleCosts,
-    chosen: IntArray,
-) -> float:
-    """Energy of a correspondence; infinite where candidates exclude one another."""
-    energy: float = costs_of_triples(triples, chosen).sum()
+def energy_of(own: ReparametrisedCosts, chosen: IntArray) -> float:
+    """Energy of a correspondence; infinite where candidates exclude one another.
+
+    Parameters
+    ----------
+    own
+        Costs of the problem.
+    chosen
+        (N,) candidate of each source point, `UNMATCHED` for none.
+    """
+    unary, pairwise, occlusion = own.unary, own.pairwise, own.occlusion
+    energy: float = costs_of_triples(own.triples, chosen).sum()
     for x in range(len(chosen)):
         a = chosen[x]
         if a < 0:
@@ -113,26 +116,21 @@ def dive(
     everywhere
         Whether to complete each choice of every point.
     """
-    energies = own.unary, own.pairwise, own.occlusion, own.triples
-    costs = reparametrised.unary, reparametrised.pairwise, reparametrised.occlusion
-    _dive(found, *energies, *costs, rows, everywhere)
-    explore(found, *energies, rows)
+    _dive(found, own, reparametrised, rows, everywhere)
+    explore(found, own, rows)
 
 
 @kernel
 def _dive(
     found: Incumbents,
-    own_unary: FloatArray,
-    own_pairwise: FloatArray,
-    own_occlusion: FloatArray,
-    own_triples: TripleCosts,
-    unary: FloatArray,
-    pairwise: FloatArray,
-    occlusion: FloatArray,
+    own: ReparametrisedCosts,
+    reparametrised: ReparametrisedCosts,
     rows: IntArray,
     everywhere: bool,
 ) -> None:
     n = len(rows) - 1
+    unary, pairwise = reparametrised.unary, reparametrised.pairwise
+    occlusion = reparametrised.occlusion
     chosen = np.empty(n, dtype=np.int64)
     start = _most_different(unary, occlusion, rows, np.full(n, OPEN))
     place, last = (0, rows[n]) if everywhere else (rows[start], rows[start + 1])
@@ -153,8 +151,7 @@ def _dive(
             for b in range(rows[x], rows[x + 1]):
                 if costs[b] < least:
                     a, least = b, costs[b]
-        energy = energy_of(own_unary, own_pairwise, own_occlusion, own_triples, chosen)
-        keep(found, energy, chosen)
+        keep(found, energy_of(own, chosen), chosen)
 
 
 @kernel
@@ -179,14 +176,7 @@ def _most_different(
 
 
 @kernel
-def explore(
-    found: Incumbents,
-    unary: FloatArray,
-    pairwise: FloatArray,
-    occlusion: FloatArray,
-    triples: TripleCosts,
-    rows: IntArray,
-) -> None:
+def explore(found: Incumbents, own: ReparametrisedCosts, rows: IntArray) -> None:
     """Change single points of the best correspondences, until none of the changes is among them."""
     m = len(found.energies)
     k = 0
@@ -197,24 +187,22 @@ def explore(
         found.explored[k] = True
         chosen, energy = found.chosen[k].copy(), found.energies[k]
         for x in range(len(rows) - 1):
-            _change(found, unary, pairwise, occlusion, triples, rows, chosen, energy, x)
+            _change(found, own, rows, chosen, energy, x)
         k = 0
 
 
 @kernel
 def _change(
     found: Incumbents,
-    unary: FloatArray,
-    pairwise: FloatArray,
-    occlusion: FloatArray,
-    triples: TripleCosts,
+    own: ReparametrisedCosts,
     rows: IntArray,
     chosen: IntArray,
     energy: float,
     x: int,
 ) -> None:
     """Keep what is better of the correspondences that differ at point x."""
-    own = chosen[x]
+    unary, pairwise, occlusion = own.unary, own.pairwise, own.occlusion
+    present = chosen[x]
     first, last = rows[x], rows[x + 1]
     costs = unary[first:last].copy()
     for other in range(len(chosen)):
@@ -222,15 +210,15 @@ def _change(
             row = pairwise[chosen[other], first:last]
             for i in range(len(costs)):
                 costs[i] += row[i]
-    add_triple_costs(triples, chosen, x, costs)
-    rest = energy - (occlusion[x] if own < 0 else costs[own - first])
+    add_triple_costs(own.triples, chosen, x, costs)
+    rest = energy - (occlusion[x] if present < 0 else costs[present - first])
     worst = found.energies[len(found.energies) - 1]
     for i in range(-1, len(costs)):
         cost = occlusion[x] if i < 0 else costs[i]
         a = UNMATCHED if i < 0 else first + i
-        if a == own or not rest + cost < worst:
+        if a == present or not rest + cost < worst:
             continue
         chosen[x] = a
-        keep(found, energy_of(unary, pairwise, occlusion, triples, chosen), chosen)
+        keep(found, energy_of(own, chosen), chosen)
         worst = found.energies[len(found.energies) - 1]
-    chosen[x] = own
+    chosen[x] = present

@@ -26,10 +26,7 @@ class Search(NamedTuple):
     """State of the depth-first search, all in arrays, so that it can stop and go on."""
 
     rows: IntArray  # (N+1,) candidates of source point x are rows[x] .. rows[x+1]
-    own_unary: FloatArray  # (W,) costs of the problem itself, of all its candidates
-    own_pairwise: FloatArray  # (W, W)
-    own_occlusion: FloatArray  # (N,)
-    own_triples: TripleCosts
+    own: ReparametrisedCosts  # costs of the problem itself, of all its candidates
     scale: float  # of these costs
     kept: IntArray  # (V,) those candidates that are searched
     triples: TripleCosts  # of the candidates that are searched, for lower bounds
@@ -82,10 +79,7 @@ def start_search(
     bound[0] = reparametrised.constant
     return Search(
         rows=rows,
-        own_unary=own.unary,
-        own_pairwise=own.pairwise,
-        own_occlusion=own.occlusion,
-        own_triples=own.triples,
+        own=own,
         scale=own.scale,
         kept=kept,
         triples=reparametrised.triples,

@@ -7,8 +7,6 @@ convergent message passing algorithms for MAP LP-relaxations", NIPS 2007).
 No cost becomes negative, so that the costs that stay at the triples may be left out of bounds.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from solver.arrays import FloatArray
@@ -50,7 +48,7 @@ def divide_triples(costs: ReparametrisedCosts) -> ReparametrisedCosts:
             pairwise[own[i], own[j]], pairwise[own[j], own[i]] = share, share.T
         tables.append(left)
     divided = triple_costs(triples.rows, triples.points, tables)
-    return replace(costs, pairwise=pairwise, triples=divided)
+    return costs._replace(pairwise=pairwise, triples=divided)
 
 
 def _divide(table: FloatArray, blocks: list[FloatArray]) -> tuple[list[FloatArray], FloatArray]:

@@ -57,9 +57,8 @@ def test_only_the_best_are_kept_and_none_twice() -> None:
 
 def test_candidates_that_exclude_one_another_cost_infinitely_much() -> None:
     own = ReparametrisedCosts.of(PROBLEMS[1])
-    costs = own.unary, own.pairwise, own.occlusion, own.triples
     nobody = np.full(5, UNMATCHED)
-    assert energy_of(*costs, nobody) == pytest.approx(5 * 0.3)
+    assert energy_of(own, nobody) == pytest.approx(5 * 0.3)
     same_target = nobody.copy()
     same_target[:2] = 0, 6
-    assert energy_of(*costs, same_target) == np.inf
+    assert energy_of(own, same_target) == np.inf
