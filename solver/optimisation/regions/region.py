@@ -68,11 +68,6 @@ class Region:
         """Return the region with its bounds, but without messages."""
         return replace(self, messages=np.zeros((0, len(self.labels))))
 
-    @property
-    def memory(self) -> int:
-        """Bytes that it takes, nearly."""
-        return self.messages.nbytes
-
     def among(self, kept: BoolArray) -> "Region":
         """Return the part with some of the labels.
 

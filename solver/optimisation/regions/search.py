@@ -8,6 +8,7 @@ a relaxation of the whole problem mixes.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 from solver.arrays import IntArray
 from solver.control import Control
@@ -108,7 +109,7 @@ class RegionSearch:
     def step(self, state: RegionSearchState) -> RegionSearchState:
         """Bound, search or divide the region of least bound."""
         state.work += _STEP_WORK
-        state.open.sort(key=_bound, reverse=True)
+        state.open.sort(key=attrgetter("bound"), reverse=True)
         region = state.open.pop()
         if region.bound >= state.limit:
             state.open.clear()
@@ -150,9 +151,9 @@ class RegionSearch:
     def _forget(self, state: RegionSearchState) -> None:
         """Forget the messages of the regions of greatest bound where they take too much memory."""
         used = 0
-        state.open.sort(key=_bound)
+        state.open.sort(key=attrgetter("bound"))
         for place, region in enumerate(state.open):
-            used += region.memory
+            used += region.messages.nbytes
             if used > _MEMORY and region.is_divided and place > 0:
                 state.open[place] = region.without_messages()
 
@@ -177,7 +178,3 @@ class RegionSearch:
         state.seen.add(start.tobytes())
         found = Incumbent.of(self._problem, local_search(self._problem, start))
         state.incumbent = min(state.incumbent, found, key=lambda one: one.energy)
-
-
-def _bound(region: Region) -> float:
-    return region.bound
