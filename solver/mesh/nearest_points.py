@@ -7,7 +7,7 @@ descent from neighbour to neighbour finds the nearest vertex in time proportiona
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray, RealArray
-from solver.kernel import kernel
+from solver.kernel import inlined, kernel
 
 
 @kernel
@@ -144,19 +144,7 @@ def nearest_in_fan(
         elif triangles[face, 2] == vertex:
             own = 2
         a, b = triangles[face, (own + 1) % 3], triangles[face, (own + 2) % 3]
-        uu, uv, vv, ud, vd, dd = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for d in range(len(query)):
-            u = points[a, d] - points[vertex, d]
-            v = points[b, d] - points[vertex, d]
-            w = query[d] - points[vertex, d]
-            uu += u * u
-            uv += u * v
-            vv += v * v
-            ud += u * w
-            vd += v * w
-            dd += w * w
-        s, t = nearest_in_triangle(uu, uv, vv, ud, vd)
-        square = dd - 2.0 * (s * ud + t * vd) + s * s * uu + 2.0 * s * t * uv + t * t * vv
+        square, s, t = nearest_in_triangle(query, points, vertex, a, b)
         if square < best:
             best, chosen = square, face
             rest = max(1.0 - s - t, 0.0)
@@ -169,8 +157,31 @@ def nearest_in_fan(
     return chosen, weights
 
 
-@kernel
+@inlined
 def nearest_in_triangle(
+    query: RealArray | tuple[float, float, float], points: RealArray, a: int, b: int, c: int
+) -> tuple[float, float, float]:
+    """Return the squared distance of a (d,) query from a triangle of (n, d) points, and (s, t).
+
+    The nearest point is (1 − s − t) a + s b + t c.
+    """
+    uu, uv, vv, ud, vd, dd = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for d in range(len(query)):
+        u = points[b, d] - points[a, d]
+        v = points[c, d] - points[a, d]
+        w = query[d] - points[a, d]
+        uu += u * u
+        uv += u * v
+        vv += v * v
+        ud += u * w
+        vd += v * w
+        dd += w * w
+    s, t = _nearest_coordinates(uu, uv, vv, ud, vd)
+    return dd - 2.0 * (s * ud + t * vd) + s * s * uu + 2.0 * s * t * uv + t * t * vv, s, t
+
+
+@kernel
+def _nearest_coordinates(
     uu: float, uv: float, vv: float, ud: float, vd: float
 ) -> tuple[float, float]:
     """Return (s, t) ≥ 0 with s + t ≤ 1 that minimise ‖d − s u − t v‖, from inner products."""

@@ -185,7 +185,7 @@ def nearest_triangles(
         first, last = _leaf(node, tree)
         for place in range(first, last):
             face = tree.order[place]
-            square = _triangle_square(x, y, z, tree.corners[face])
+            square = max(nearest_in_triangle((x, y, z), tree.corners[face], 0, 1, 2)[0], 0.0)
             if square > bound:
                 continue
             normal = tree.normals[face]
@@ -212,23 +212,3 @@ def _box_square(x: float, y: float, z: float, boxes: FloatArray, node: int) -> f
     b = max(boxes[node, 0, 1] - y, 0.0, y - boxes[node, 1, 1])
     c = max(boxes[node, 0, 2] - z, 0.0, z - boxes[node, 1, 2])
     return float(a * a + b * b + c * c)
-
-
-@kernel
-def _triangle_square(x: float, y: float, z: float, corners: FloatArray) -> float:
-    """Square of the distance of a point from a triangle."""
-    point = (x, y, z)
-    uu, uv, vv, ud, vd, dd = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for d in range(3):
-        u = corners[1, d] - corners[0, d]
-        v = corners[2, d] - corners[0, d]
-        w = point[d] - corners[0, d]
-        uu += u * u
-        uv += u * v
-        vv += v * v
-        ud += u * w
-        vd += v * w
-        dd += w * w
-    s, t = nearest_in_triangle(uu, uv, vv, ud, vd)
-    square = dd - 2.0 * (s * ud + t * vd) + s * s * uu + 2.0 * s * t * uv + t * t * vv
-    return max(square, 0.0)
