@@ -15,7 +15,7 @@ _MOST_ROUNDS = 100
 
 
 @dataclass(frozen=True, eq=False)
-class Alignment:
+class ProcrustesAlignment:
     """Specimens after generalised Procrustes analysis.
 
     Parameters
@@ -50,7 +50,7 @@ class ShapeStatistics:
         scores times components.
     """
 
-    alignment: Alignment
+    alignment: ProcrustesAlignment
     components: FloatArray
     variances: FloatArray
     scores: FloatArray
@@ -73,7 +73,7 @@ class ShapeStatistics:
         return self.variances / total if total > 0.0 else np.zeros_like(self.variances)
 
 
-def generalised_procrustes(positions: FloatArray, scale: bool = False) -> Alignment:
+def generalised_procrustes(positions: FloatArray, scale: bool = False) -> ProcrustesAlignment:
     """Move, rotate and, if asked for, scale specimens to their common mean; nothing is reflected.
 
     Rotations onto the mean (Kabsch 1976) and the mean of the rotated specimens follow one another;
@@ -110,7 +110,7 @@ def generalised_procrustes(positions: FloatArray, scale: bool = False) -> Alignm
         if change <= _TOLERANCE * common:
             break
     aligned = np.stack([_rotated(one, mean) for one in centred])
-    return Alignment(aligned, aligned.mean(axis=0), sizes)
+    return ProcrustesAlignment(aligned, aligned.mean(axis=0), sizes)
 
 
 def shape_statistics(positions: FloatArray, scale: bool = False) -> ShapeStatistics:
