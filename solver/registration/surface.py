@@ -218,8 +218,7 @@ class SmoothSurface:
     @cached_property
     def laplacian(self) -> tuple[sp.csc_array, FloatArray]:
         """Stiffness matrix and vertex areas of the mesh."""
-        known = self.spectrum.stiffness
-        return laplacian(self.mesh) if known is None else (known, self.spectrum.mass)
+        return laplacian(self.mesh)
 
     def share_of_area(self, vertices: BoolArray) -> float:
         """Share of the area that chosen ones of the V vertices have."""

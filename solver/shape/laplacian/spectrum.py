@@ -48,14 +48,11 @@ class Spectrum:
         is constant.
     mass
         (V,) float64 area of each vertex, in length²; the sum is the surface's area.
-    stiffness
-        (V, V) stiffness matrix of :func:`laplacian`; ``None`` once it was stored.
     """
 
     eigenvalues: FloatArray
     eigenfunctions: FloatArray
     mass: FloatArray
-    stiffness: sp.csc_array | None = None
 
     @property
     def n_eigenpairs(self) -> int:
@@ -78,10 +75,7 @@ class Spectrum:
         if factor == 1.0:
             return self
         return Spectrum(
-            self.eigenvalues / factor**2,
-            self.eigenfunctions / factor,
-            self.mass * factor**2,
-            self.stiffness,
+            self.eigenvalues / factor**2, self.eigenfunctions / factor, self.mass * factor**2
         )
 
     def to_bytes(self) -> bytes:
@@ -155,7 +149,7 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
     except (ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
         raise MeshError(f"the spectrum of the mesh cannot be computed: {error}") from error
     functions = vectors / np.sqrt(mass)[:, None]
-    spectrum = Spectrum(values, functions * _signs(functions, mass), mass, stiffness)
+    spectrum = Spectrum(values, functions * _signs(functions, mass), mass)
     return spectrum.scaled(float(size))
 
 
