@@ -1,10 +1,7 @@
 """Dual ascent: lower bounds by block coordinate ascent, and candidates that they exclude.
 
-Costs are moved from the pairs of source points to the points themselves, so that no correspondence
-changes its cost; the least costs of the points then add up to a lower bound. Pairs take turns: each
-receives the costs of its two points, and divides them such that neither point could cost more
-(MPLP++ of Tourani, Shekhovtsov, Rother and Savchynskyy, "MPLP++: fast, parallel dual block-
-coordinate ascent for dense graphical models", 2018). The bound never falls.
+Costs are moved from the pairs of source points to the points themselves (:mod:`.mplp`), so that no
+correspondence changes its cost; the least costs of the points then add up to a lower bound.
 
 Given an upper limit of the energy, a candidate is dropped once the lower bound of all
 correspondences that use it reaches the limit. With fewer candidates the bound rises more.
@@ -21,6 +18,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED
+from solver.optimisation.mplp import mplp_sweep
 from solver.optimisation.reparametrisation import ReparametrisedCosts, costs_among
 from solver.optimisation.rounding import allowance
 
@@ -243,71 +241,16 @@ def _less_messages(
 def _go_round(
     theta: FloatArray, rows: IntArray, unary: FloatArray, messages: FloatArray, back: bool
 ) -> None:
-    """Let every pair of points divide its costs anew, in order or in the opposite order.
-
-    Parameters
-    ----------
-    theta
-        (L, L) pairwise costs, symmetric and finite.
-    rows
-        (N+1,) labels of each point.
-    unary
-        (L,) costs of labels with the costs that were moved to them; changed in place.
-    messages
-        (N, L) costs moved to each label from its point's pair with each other; changed in place.
-    back
-        Whether in the opposite order.
-    """
-    n = len(rows) - 1
-    widest = np.diff(rows).max() if n > 0 else 0
-    costs = theta.ravel()
-    f, g, half, second = np.empty(widest), np.empty(widest), np.empty(widest), np.empty(widest)
-    for i in range(n):
-        for j in range(i + 1, n):
-            x, y = (n - 1 - i, n - 1 - j) if back else (i, j)
-            here, there = rows[x], rows[y]
-            count, other = rows[x + 1] - here, rows[y + 1] - there
-            for a in range(count):
-                f[a] = unary[here + a] - messages[y, here + a]
-            for b in range(other):
-                g[b] = unary[there + b] - messages[x, there + b]
-            # Each in turn takes what is left, the first one half of it beforehand.
-            _least(costs, rows, y, x, g, half)
-            for a in range(count):
-                half[a] = f[a] - 0.5 * (f[a] + half[a])
-            _least(costs, rows, x, y, half, second)
-            for b in range(other):
-                second[b] += g[b]
-                messages[x, there + b] += second[b] - unary[there + b]
-                unary[there + b] = second[b]
-                g[b] -= second[b]
-            _least(costs, rows, y, x, g, half)
-            for a in range(count):
-                first = f[a] + half[a]
-                messages[y, here + a] += first - unary[here + a]
-                unary[here + a] = first
+    mplp_sweep(_write_least, theta.ravel(), rows, unary, messages, back)
 
 
 @inlined
-def _least(
+def _write_least(
     costs: FloatArray, rows: IntArray, x: int, y: int, offsets: FloatArray, least: FloatArray
 ) -> None:
-    """Write the least cost of each label of y with the labels of x, to which offsets are added.
+    """As :func:`.mplp_sweep` needs it, of (L L,) pairwise costs, row by row.
 
     Four labels at a time and unsigned indices let the compiler use vector instructions.
-
-    Parameters
-    ----------
-    costs
-        (L L,) pairwise costs, row by row.
-    rows
-        (N+1,) labels of each point.
-    x, y
-        Points.
-    offsets
-        Of the labels of x.
-    least
-        Of the labels of y, written.
     """
     count, other, width = rows[x + 1] - rows[x], rows[y + 1] - rows[y], np.uint64(rows[-1])
     corner, b = rows[x] * rows[-1] + rows[y], 0

@@ -12,6 +12,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED, LabellingProblem, distortion_cost
+from solver.optimisation.mplp import mplp_sweep
 
 _DENSE = 0.35
 """Share of the target points above which costs with all of them take less time than with some."""
@@ -58,56 +59,19 @@ def divide_costs(
     messages: FloatArray,
     back: bool,
 ) -> None:
-    """Let every pair of source points divide its costs anew (MPLP++), in order or in the opposite.
-
-    Each pair receives the costs of its two points, and divides them such that neither could cost
-    more; then no pair has a negative cost left, and the least costs of the points add up to a lower
-    bound, which never falls.
+    """Let every pair of source points divide its costs anew: see :func:`.mplp_sweep`.
 
     Parameters
     ----------
     costs
         Pairwise costs.
-    rows
-        (N+1,) labels of source point x are ``rows[x]`` to ``rows[x+1]``.
+    rows, unary, messages, back
+        As there.
     targets
         (L,) target point of each label; `UNMATCHED`, if at all, last of a source point.
-    unary
-        (L,) costs of labels with the costs that were moved to them; changed in place.
-    messages
-        (N, L) costs moved to each label from its point's pair with each other; changed in place.
-    back
-        Whether in the opposite order.
     """
-    n, widest = len(rows) - 1, np.diff(rows).max()
-    f, g, half, second = np.empty(widest), np.empty(widest), np.empty(widest), np.empty(widest)
-    scratch = np.empty(len(costs.target))
-    for i in range(n):
-        for j in range(i + 1, n):
-            x, y = (n - 1 - i, n - 1 - j) if back else (i, j)
-            here, there = rows[x], rows[y]
-            count, other = rows[x + 1] - here, rows[y + 1] - there
-            ours, theirs = targets[here : here + count], targets[there : there + other]
-            distance = costs.source[x, y]
-            for a in range(count):
-                f[a] = unary[here + a] - messages[y, here + a]
-            for b in range(other):
-                g[b] = unary[there + b] - messages[x, there + b]
-            # Each in turn takes what is left, the first one half of it beforehand.
-            _least(costs, distance, theirs, g, ours, half, scratch)
-            for a in range(count):
-                half[a] = f[a] - 0.5 * (f[a] + half[a])
-            _least(costs, distance, ours, half, theirs, second, scratch)
-            for b in range(other):
-                second[b] += g[b]
-                messages[x, there + b] += second[b] - unary[there + b]
-                unary[there + b] = second[b]
-                g[b] -= second[b]
-            _least(costs, distance, theirs, g, ours, half, scratch)
-            for a in range(count):
-                first = f[a] + half[a]
-                messages[y, here + a] += first - unary[here + a]
-                unary[here + a] = first
+    labels = costs, targets, np.empty(len(costs.target))
+    mplp_sweep(_write_least, labels, rows, unary, messages, back)
 
 
 @kernel
@@ -130,7 +94,8 @@ def label_bounds(
     (L,) float64.
     """
     n, widest = len(rows) - 1, np.diff(rows).max()
-    g, least, scratch = np.empty(widest), np.empty(widest), np.empty(len(costs.target))
+    g, least = np.empty(widest), np.empty(widest)
+    labels = costs, targets, np.empty(len(costs.target))
     total = unary.copy()
     for x in range(n):
         here, count = rows[x], rows[x + 1] - rows[x]
@@ -140,38 +105,25 @@ def label_bounds(
             there, other = rows[y], rows[y + 1] - rows[y]
             for b in range(other):
                 g[b] = unary[there + b] - messages[x, there + b]
-            ours, theirs = targets[here : here + count], targets[there : there + other]
-            _least(costs, costs.source[x, y], theirs, g, ours, least, scratch)
+            _write_least(labels, rows, y, x, g, least)
             for a in range(count):
                 total[here + a] += least[a] - messages[y, here + a]
     return total
 
 
 @inlined
-def _least(
-    costs: MetricCosts,
-    distance: float,
-    theirs: IntArray,
+def _write_least(
+    labels: tuple[MetricCosts, IntArray, FloatArray],
+    rows: IntArray,
+    x: int,
+    y: int,
     offsets: FloatArray,
-    ours: IntArray,
     least: FloatArray,
-    scratch: FloatArray,
 ) -> None:
-    """Write the least cost of each label of x with the labels of y, to which offsets are added.
-
-    Parameters
-    ----------
-    costs
-        Pairwise costs.
-    distance
-        d_X(x, y).
-    theirs, offsets
-        Target points of the labels of y, and what is added to their costs.
-    ours, least
-        Target points of the labels of x; the least cost of each, written.
-    scratch
-        (M,) for intermediate values.
-    """
+    """As :func:`.mplp_sweep` needs it, of pairwise costs, target points, and (M,) scratch space."""
+    costs, targets, scratch = labels
+    theirs, ours = targets[rows[x] : rows[x + 1]], targets[rows[y] : rows[y + 1]]
+    distance = costs.source[y, x]
     count, other = len(ours), len(theirs)
     alone = np.inf
     if other > 0 and theirs[other - 1] == UNMATCHED:
