@@ -4,7 +4,7 @@ A job that is done in time slices is not queued itself: its time slices are, and
 the next. Nor is a batch: its matches are.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import BinaryIO, Final, Self
 
@@ -13,6 +13,7 @@ from redis.client import Pipeline
 from broker.blobs import BlobError
 from broker.contracts import (
     BatchPayload,
+    DeliveryPayload,
     DissimilaritiesPayload,
     IdempotencyRecord,
     JobKind,
@@ -207,13 +208,32 @@ class JobQueue:
         """Return whether a job is queued to draw a picture, or draws it."""
         return self.store.jobs.named_by([self._drawing(payload)]) != [None]
 
-    def submit_delivery(self, record: JobRecord) -> bool:
-        """Queue the delivery of a webhook; False if another one of the tenant is in flight."""
-        return self._submit_once(record, self.store.keys.delivery) == record.id
+    def submit_delivery(
+        self, choose: Callable[[], tuple[DeliveryPayload, RequestOrigin] | None]
+    ) -> None:
+        """Queue the delivery of a webhook, unless one of the tenant is in flight.
 
-    def is_delivering(self) -> bool:
-        """Return whether a job is queued to deliver a webhook of the tenant, or delivers it."""
-        return self.store.jobs.named_by([self.store.keys.delivery]) != [None]
+        Parameters
+        ----------
+        choose
+            Returns the delivery, None if none is due. It is called while none is in flight; if
+            another process queues one after what it has read, its choice is dropped.
+        """
+        marker = self.store.keys.delivery
+
+        def attempt(pipe: Pipeline) -> JobRecord | None:
+            chosen = choose() if self._live_job(marker, pipe) is None else None
+            if chosen is None:
+                return None
+            payload, context = chosen
+            record = new_job(payload, context)
+            self._enqueue_marked(record, marker, pipe)
+            self.store.webhooks.begin(payload.job, payload.attempt, pipe)
+            return record
+
+        record = transact(self.store.client, attempt)
+        if record is not None:
+            _log_queued(record)
 
     def submit_with_spectra(
         self, payload: SpectralPayload, context: RequestOrigin = NO_REQUEST
@@ -385,15 +405,19 @@ class JobQueue:
             holder = self._live_job(marker, pipe)
             if holder is not None:
                 return holder
-            self.rq.enqueue(record, pipe)
-            self.store.jobs.create(record, pipe)
-            pipe.set(marker, record.id, ex=_MARKED_SECONDS)
+            self._enqueue_marked(record, marker, pipe)
             return record.id
 
         holder = transact(self.store.client, attempt)
         if holder == record.id:
             _log_queued(record)
         return holder
+
+    def _enqueue_marked(self, record: JobRecord, marker: str, pipe: Pipeline) -> None:
+        """Queue a job that a key names from then on, as part of a transaction."""
+        self.rq.enqueue(record, pipe)
+        self.store.jobs.create(record, pipe)
+        pipe.set(marker, record.id, ex=_MARKED_SECONDS)
 
     def _drawing(self, payload: PicturePayload) -> str:
         """Key that names the job that draws a picture."""

@@ -34,8 +34,8 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS
+from broker.store.webhooks import LEASE
 from broker.webhooks import WebhookSettings, dispatch, retry_delay
-from broker.webhooks.dispatch import LEASE
 from tests.receiver import Receiver, receiving
 from worker.jobs.delivery import Outcome, post
 from worker.jobs.runner import Runner
@@ -470,21 +470,45 @@ def test_a_lost_delivery_does_not_hold_back_others(queue: JobQueue, receiver: Re
     assert go_round(queue) == 1
     assert receiver.received[0].headers["isomatch-delivery"] == other
     # It is due again after its lease.
-    ((name, due),) = queue.store.webhooks.due(time.time() + LEASE, 10)
-    assert (name, due > time.time()) == (lost, True)
+    assert queue.store.webhooks.due(10) == []
+    due = queue.store.client.zscore(DEFAULT_KEYS.webhooks, lost)
+    assert due is not None
+    assert time.time() < due <= time.time() + LEASE
 
 
 def test_a_webhook_stays_due_if_another_is_queued_at_the_same_time(
-    queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+    queue: JobQueue, receiver: Receiver
 ) -> None:
     first, second = ended(queue, here(receiver)), ended(queue, here(receiver))
     queue.store.client.zadd(DEFAULT_KEYS.webhooks, {first: 1.0, second: 2.0})
-    dispatch(queue, SETTINGS)
-    monkeypatch.setattr(JobQueue, "is_delivering", lambda self: False)
-    dispatch(queue, SETTINGS)
-    assert len(tries(queue)) == 1
-    assert queue.store.webhooks.due(3.0, 10) == [(second, 2.0)]
+
+    def choose() -> tuple[DeliveryPayload, RequestOrigin]:
+        dispatch(queue, SETTINGS)  # another process, meanwhile
+        return DeliveryPayload(job=second, attempt=1), RequestOrigin()
+
+    queue.submit_delivery(choose)
+    (attempt,) = tries(queue)
+    payload = told(queue, attempt).payload
+    assert isinstance(payload, DeliveryPayload)
+    assert payload.job == first
+    assert queue.store.webhooks.due(10) == [second]
     assert queue.store.webhooks.attempts(second) == 0
+
+
+def test_the_last_attempt_is_not_given_up_while_it_is_in_flight(
+    queue: JobQueue, receiver: Receiver
+) -> None:
+    once = SETTINGS.model_copy(update={"webhook_attempts": 1})
+    job = ended(queue, here(receiver))
+    dispatch(queue, once)
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
+    dispatch(queue, once)
+    assert told(queue, job).delivery is None
+    (attempt,) = tries(queue)
+    Runner(queue, "me", once).run(attempt)
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert delivery.state is DeliveryState.DELIVERED
 
 
 def test_a_lost_delivery_is_repeated_a_limited_number_of_times(
@@ -506,20 +530,6 @@ def test_a_lost_delivery_is_repeated_a_limited_number_of_times(
     assert delivery is not None
     assert (delivery.state, delivery.attempts) == (DeliveryState.FAILED, 3)
     assert queue.store.webhooks.pending() == 0
-
-
-def test_a_claim_without_a_delivery_job_expires(queue: JobQueue, receiver: Receiver) -> None:
-    job = ended(queue, here(receiver))
-    ((name, since),) = queue.store.webhooks.due(time.time() + 1, 10)
-    assert name == job
-    assert queue.store.webhooks.claim(job, since, time.time() + LEASE)
-    # Somebody else looked at the list at the same time, and another comes too early.
-    assert not queue.store.webhooks.claim(job, since, time.time() + LEASE)
-    assert go_round(queue) == 0
-    # Nothing was heard of it when its time was over.
-    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
-    assert until_settled(queue, job) == 1
-    assert len(receiver.received) == 1
 
 
 def test_an_expired_job_is_not_delivered(queue: JobQueue, receiver: Receiver) -> None:
