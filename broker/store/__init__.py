@@ -1,9 +1,11 @@
 """The store: shapes, prototypes, jobs, results, spectra; records in Redis, large bytes as blobs."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
 
 from redis import Redis
+from redis.client import Pipeline
 
 from broker.blobs import open_blobs
 from broker.contracts import DEFAULT_TENANT
@@ -24,7 +26,7 @@ from broker.store.connections import (
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
 from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLost
-from broker.store.jobs import Jobs
+from broker.store.jobs import ActiveJob, Jobs
 from broker.store.keys import DEFAULT_KEYS, PREFIX, Keys
 from broker.store.leases import renewed
 from broker.store.listings import InvalidCursor, Listing, Page
@@ -47,6 +49,7 @@ __all__ = [
     "DEFAULT_KEYS",
     "FOLDERS",
     "PREFIX",
+    "ActiveJob",
     "Admission",
     "ApiKeys",
     "Attributes",
@@ -242,6 +245,20 @@ class Store:
     def tenants(self) -> list[str]:
         """Return the names of all tenants that have had jobs, and of the default one."""
         return [DEFAULT_TENANT, *sorted(map(text, self.client.smembers(Keys.TENANTS)))]
+
+    def of_each(self, ask: Callable[[Pipeline, Keys], object]) -> dict[str, Any]:
+        """Return the reply to one command for each tenant, by its name, in one round trip.
+
+        Parameters
+        ----------
+        ask
+            Adds the command to a pipeline, given the tenant's keys.
+        """
+        tenants = self.tenants()
+        with self.client.pipeline(transaction=False) as pipe:
+            for tenant in tenants:
+                ask(pipe, Keys(tenant))
+            return dict(zip(tenants, pipe.execute(), strict=True))
 
     def check(self) -> None:
         """Check that Redis and the blob store answer and accept writes.

@@ -42,6 +42,9 @@ class Keys:
     READY: ClassVar = PREFIX + "ready"
     """Written to check that the store accepts writes."""
 
+    LISTING_SWEEP: ClassVar = PREFIX + "listings:sweep"
+    """Number of the listing that is swept next, and the cursor in it."""
+
     BLOB_OWNER: ClassVar = PREFIX + "blobs:owner"
     """Hash: the id that marks the blob store as that of this Redis, and whether it was set."""
 
@@ -295,6 +298,11 @@ class Keys:
     def spectrum_lock(spectrum: object) -> str:
         """Lock of the process that computes a spectrum."""
         return f"{PREFIX}spectrum:{spectrum}:lock"
+
+    @staticmethod
+    def periodic(task: str) -> str:
+        """Exists while no process need begin a periodic task again."""
+        return f"{PREFIX}periodic:{task}"
 
     @staticmethod
     def cache_circuit(machine: str) -> str:

@@ -63,7 +63,3 @@ class Webhooks:
     def remove(self, job_id: str) -> None:
         """Remove a webhook from the list."""
         self.client.zrem(self.keys.webhooks, job_id)
-
-    def pending(self) -> int:
-        """Return the number of webhooks that are not delivered yet."""
-        return int(self.client.zcard(self.keys.webhooks))

@@ -1,10 +1,10 @@
 """Retention: keys expire by themselves; here listings and cache follow."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from broker.contracts import JobState, is_prototype
-from broker.store import Keys, Listing, Store
+from broker.store import Keys, Listing, Store, text
 
 
 def evict_deleted(store: Store, ids: Sequence[str]) -> None:
@@ -37,9 +37,9 @@ def _not_in(tenants: Sequence[Keys], ids: Sequence[str], store: Store) -> list[s
     return [one for one, exists in zip(ids, found, strict=True) if not exists]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Sweep:
-    """Removal of expired entries from the listings of all tenants, a part at a time.
+    """Removal of expired entries from the listings, one after the other, by all API processes.
 
     Parameters
     ----------
@@ -48,16 +48,24 @@ class Sweep:
     """
 
     store: Store
-    _cursors: dict[str, int] = field(default_factory=dict)
 
     def step(self) -> None:
-        """Sweep the next part of each listing."""
-        for tenant in self.store.tenants():
-            keys = Keys(tenant)
-            jobs = [keys.jobs, *(keys.jobs_in(state) for state in JobState)]
-            records: dict[str, Callable[[str], str]] = dict.fromkeys(jobs, keys.job)
-            records |= {keys.shapes: keys.shape, keys.prototypes: keys.prototype}
-            records[keys.held] = str
-            for key, record in records.items():
-                listing = Listing(self.store.client, key, record)
-                self._cursors[key] = listing.sweep(self._cursors.get(key, 0))
+        """Sweep the next part of a listing."""
+        client = self.store.client
+        place, cursor = map(int, text(client.get(Keys.LISTING_SWEEP) or b"0 0").split())
+        keys = [Keys(tenant) for tenant in self.store.tenants()]
+        listings = [listing for one in keys for listing in _listings(one).items()]
+        key, record = listings[place % len(listings)]
+        cursor = Listing(client, key, record).sweep(cursor)
+        client.set(Keys.LISTING_SWEEP, f"{place + (cursor == 0)} {cursor}")
+
+
+def _listings(keys: Keys) -> dict[str, Callable[[str], str]]:
+    """Return the listings of a tenant, and what returns the key of an entry's record."""
+    jobs = [keys.jobs, *(keys.jobs_in(state) for state in JobState)]
+    return {
+        **dict.fromkeys(jobs, keys.job),
+        keys.shapes: keys.shape,
+        keys.prototypes: keys.prototype,
+        keys.held: str,
+    }

@@ -7,6 +7,7 @@ lost, its webhook is due again after a lease: it is delivered at least once, and
 twice.
 """
 
+import time
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from typing import Annotated, Final
@@ -67,8 +68,11 @@ def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
     settings
         Limit of the attempts.
     """
-    for tenant in queue.store.tenants():
-        dispatch_next(queue.of(tenant), settings)
+    now = time.time()
+    due = queue.store.of_each(lambda pipe, keys: pipe.zcount(keys.webhooks, "-inf", now))
+    for tenant, count in due.items():
+        if count:
+            dispatch_next(queue.of(tenant), settings)
 
 
 def dispatch_next(queue: JobQueue, settings: WebhookSettings) -> None:

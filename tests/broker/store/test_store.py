@@ -186,7 +186,9 @@ def test_cancelling(store: Store) -> None:
     assert store.jobs.cancel(begun) is JobState.RUNNING
     assert not store.jobs.is_held(begun, "r")
     assert not store.jobs.report(begun, "r", Progress(stage="on", fraction=0.2))
-    assert store.jobs.cancel_requested(begun) is not None
+    (asked,) = store.jobs.active()
+    assert (asked.id, asked.state) == (begun, JobState.RUNNING)
+    assert asked.cancelled is not None
     assert store.jobs.finish_cancelled(begun, "r")
     # A cancelled job whose process is killed is cancelled, not repeated.
     killed = running(store.jobs)
