@@ -14,10 +14,8 @@ from broker.store.api_keys import ApiKeys, NameTaken, NoSuchKey, StoredKey
 from broker.store.attributes import Attributes
 from broker.store.blobs import FOLDERS, BlobReference, Blobs, pieces, size_of
 from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
-from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import (
-    CACHE_BACKOFF_INTERVAL,
-    CACHE_RETRY_SECONDS,
+    CACHE_PAUSE,
     CACHE_TIMEOUT,
     CONNECT_TIMEOUT,
     StoreSettings,
@@ -57,7 +55,6 @@ __all__ = [
     "Blobs",
     "CandidateGone",
     "Chunks",
-    "CircuitBreaker",
     "ClaimStatus",
     "ClaimedChunk",
     "CounterValues",
@@ -193,14 +190,7 @@ class Store:
         blobs = Blobs(client, open_blobs(settings.blob_url, retry_seconds, forks))
         cache = client
         if settings.cache_url is not None:
-            # Computing a spectrum again is better than waiting long for the cache.
-            cache = connect(
-                settings.cache_url,
-                min(retry_seconds, CACHE_RETRY_SECONDS),
-                pause,
-                CACHE_TIMEOUT,
-                CACHE_BACKOFF_INTERVAL,
-            )
+            cache = connect(settings.cache_url, CACHE_PAUSE, CACHE_PAUSE, CACHE_TIMEOUT)
         durability = Durability(client, max(retry_seconds, LEAST_WAIT))
         return cls._assemble(client, cache, settings, blobs, durability, DEFAULT_KEYS)
 

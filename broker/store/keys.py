@@ -305,11 +305,6 @@ class Keys:
         return f"{PREFIX}periodic:{task}"
 
     @staticmethod
-    def cache_circuit(machine: str) -> str:
-        """State of a machine's circuit breaker of a cache with a Redis of its own."""
-        return f"{PREFIX}cache:away:{machine}"
-
-    @staticmethod
     def cached_spectrum(spectrum: object) -> str:
         """A cached spectrum, npz; in the cache's own Redis where there is one."""
         return f"{PREFIX}cache:spectrum:{spectrum}"

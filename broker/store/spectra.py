@@ -11,17 +11,18 @@ are cached (:meth:`Spectra.known`).
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Final
 
 from redis import Redis
+from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import OutOfMemoryError, RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
+from broker.circuit_breaker import CircuitBreaker
 from broker.contracts import SpectrumKey
 from broker.store import scripts
-from broker.store.circuit_breaker import CircuitBreaker
-from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings, memory
+from broker.store.connections import StoreSettings, memory
 from broker.store.keys import Keys
 from broker.store.leases import renewed
 from broker.store.replies import blob, text
@@ -31,6 +32,13 @@ log = logger("isomatch.store")
 
 _LARGEST: Final = 500 * 1024**2
 """Bytes of one value; Redis closes the connection at more than 512 MiB (proto-max-bulk-len)."""
+
+_REST: Final = 6.0
+"""Seconds for which a cache that cannot be reached is left alone, for each that was waited for it:
+a minute after a timeout, and hardly any time if it refuses connections."""
+
+_CIRCUIT: Final = CircuitBreaker()
+"""That of the cache; each job is a process, which would wait anew."""
 
 
 class _CircuitOpen(Exception):
@@ -63,17 +71,15 @@ class Spectra:
         Budget and time to live.
     keys
         The tenant's keys.
+    circuit
+        Circuit breaker of a cache with a Redis of its own.
     """
 
     cache: Redis
     client: Redis
     settings: StoreSettings
     keys: Keys
-    circuit: CircuitBreaker = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Share the circuit breaker with all processes of this machine."""
-        object.__setattr__(self, "circuit", CircuitBreaker(self.client))
+    circuit: CircuitBreaker = _CIRCUIT
 
     @property
     def is_separate(self) -> bool:
@@ -187,6 +193,7 @@ class Spectra:
     @contextmanager
     def _tolerating_failure(self) -> Iterator[None]:
         """Ignore failures of a separate cache, and of a full Redis; it does not evict."""
+        start = time.monotonic()
         try:
             yield
         except _CircuitOpen:
@@ -195,8 +202,8 @@ class Spectra:
             if not (self.is_separate or isinstance(error, OutOfMemoryError)):
                 raise
             log.warning("the cache cannot be used", error=str(error))
-            if isinstance(error, RedisTimeoutError):
-                self.circuit.open(CACHE_CIRCUIT_SECONDS)
+            if isinstance(error, RedisConnectionError | RedisTimeoutError):
+                self.circuit.open(_REST * (time.monotonic() - start))
         else:
             self.circuit.close()
 
