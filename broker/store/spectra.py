@@ -230,10 +230,6 @@ class Spectra:
         """Renew the lock of a spectrum, and release it at the end."""
         return renewed(self.client, Keys.spectrum_lock(key), holder, seconds)
 
-    def release(self, key: SpectrumKey, holder: str) -> None:
-        """Release the lock of a spectrum."""
-        scripts.RELEASE_LOCK(self.client, [Keys.spectrum_lock(key)], holder)
-
     def locked(self, key: SpectrumKey) -> bool:
         """Whether a live process computes a spectrum."""
         return bool(self.client.exists(Keys.spectrum_lock(key)))

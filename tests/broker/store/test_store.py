@@ -423,9 +423,11 @@ def test_locks_belong_to_their_holder(store: Store) -> None:
     spectra = store.spectra
     assert spectra.lock(key, "me", 60.0)
     assert not spectra.lock(key, "you", 60.0)
-    spectra.release(key, "you")
+    with spectra.renewed(key, "you", 60.0):
+        pass
     assert spectra.locked(key)
-    spectra.release(key, "me")
+    with spectra.renewed(key, "me", 60.0):
+        pass
     assert spectra.lock(key, "you", 0.05)
     time.sleep(0.1)
     assert not spectra.locked(key)
