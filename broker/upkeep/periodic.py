@@ -34,7 +34,7 @@ class Upkeep:
             recover(self.queue)
 
     def sweep(self) -> None:
-        """Sweep a part of a listing, once in a heartbeat."""
+        """Sweep the next parts of the listings, once in a heartbeat."""
         if self._is_due("sweep", self.queue.settings.heartbeat):
             Sweep(self.queue.store).step()
 

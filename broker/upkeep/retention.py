@@ -2,9 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from broker.contracts import JobState, is_prototype
 from broker.store import Keys, Listing, Store, text
+
+
+_PARTS: Final = 100
+"""Parts of listings that are swept at a time, at most: a tenth of a second."""
 
 
 def evict_deleted(store: Store, ids: Sequence[str]) -> None:
@@ -50,14 +55,16 @@ class Sweep:
     store: Store
 
     def step(self) -> None:
-        """Sweep the next part of a listing."""
+        """Sweep the next parts of listings: as many parts as there are listings, or `_PARTS`."""
         client = self.store.client
         place, cursor = map(int, text(client.get(Keys.LISTING_SWEEP) or b"0 0").split())
         keys = [Keys(tenant) for tenant in self.store.tenants()]
         listings = [listing for one in keys for listing in _listings(one).items()]
-        key, record = listings[place % len(listings)]
-        cursor = Listing(client, key, record).sweep(cursor)
-        client.set(Keys.LISTING_SWEEP, f"{place + (cursor == 0)} {cursor}")
+        for _ in range(min(_PARTS, len(listings))):
+            key, record = listings[place % len(listings)]
+            cursor = Listing(client, key, record).sweep(cursor)
+            place += cursor == 0
+        client.set(Keys.LISTING_SWEEP, f"{place} {cursor}")
 
 
 def _listings(keys: Keys) -> dict[str, Callable[[str], str]]:
