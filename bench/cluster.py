@@ -25,7 +25,7 @@ from bench.command_line import command_line
 from bench.machines import Cluster, end, running_cluster
 from bench.queueing import Load, simulate
 from broker.contracts import SpectrumPayload
-from broker.queue import JobQueue, QueueSettings, new_job
+from broker.queue import JobQueue, QueueSettings
 from broker.store import Store, StoreSettings
 from broker.telemetry import configure_logging
 from demo.figures import generate, write_off
@@ -155,7 +155,7 @@ def _measured(
     store.spectra.put(cached.key, b"nothing reads it")
 
     def submit_empty() -> list[str]:
-        return [queue.submit(new_job(cached)).id for _ in range(2 * jobs)]
+        return [queue.submit(cached).id for _ in range(2 * jobs)]
 
     empty = _cost(store, submit_empty)
     accepted = [0.0]

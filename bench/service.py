@@ -30,7 +30,7 @@ from broker.contracts import (
     ShapeRecord,
     spectrum_key,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Store
 from demo.stack import running_stack
 from service.standalone import EmbeddedServer, WorkerPool
@@ -188,7 +188,7 @@ def compare_many(count: int) -> float:
     with workers() as queue:
         payload = made_up(queue.store, count, DissimilarityParameters())
         started = time.perf_counter()
-        job = queue.submit(new_job(payload))
+        job = queue.submit(payload)
         while (record := queue.store.jobs.get(job.id)) is not None and not record.state.ended:
             time.sleep(0.05)
         seconds = time.perf_counter() - started

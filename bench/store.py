@@ -17,7 +17,7 @@ from uuid import uuid4
 from bench.command_line import command_line, parsed, print_json
 from bench.service import workers
 from broker.contracts import JobRecord, MatchParameters, MatchPayload, ValidationPayload, shape_id
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Store, text
 from demo.figures import generate, write_off
 from synthetic import SyntheticShape
@@ -52,7 +52,7 @@ def matched(queue: JobQueue, vertices: int, dense: bool) -> Known:
     names = [uploaded(queue, shape) for shape in (figures.source, figures.target)]
     parameters = MatchParameters(dense=dense)
     payload = MatchPayload(source=names[0], target=names[1], parameters=parameters)
-    job = ended(queue, queue.submit(new_job(payload)).id)
+    job = ended(queue, queue.submit(payload).id)
     return known(queue.store, names[1], job.id)
 
 

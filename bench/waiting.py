@@ -21,7 +21,7 @@ import numpy as np
 
 from bench.command_line import command_line, parsed, print_json
 from broker.contracts import DissimilaritiesPayload, DissimilarityParameters
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import Store
 from broker.telemetry import configure_logging
 from demo.stack import running_stack
@@ -114,7 +114,7 @@ def main() -> None:
         for number in range(max(arguments.waiters) + 1):
             parameters = DissimilarityParameters()
             payload = DissimilaritiesPayload(shapes=("a", "b"), labels=None, parameters=parameters)
-            job = queue.submit(new_job(payload)).id
+            job = queue.submit(payload).id
             if number % 2:
                 queue.store.jobs.claim(job, job)
             jobs.append(job)

@@ -153,7 +153,7 @@ def _lifespan(
         queue = JobQueue(store, settings)
         ends = Watcher(partial(have_ended, store.client))
         followed = Watcher(jobs.FollowedJobs(queue))
-        service = Service(settings, store, queue, ends, closing, registry)
+        service = Service(settings, queue, ends, closing, registry)
         patience = min(settings.redis_patience, SCRAPE_TIMEOUT)
         scraped = Store.open(settings, patience, pause=0.2, timeout=SCRAPE_TIMEOUT)
         registry.register(StoreCollector(JobQueue(scraped, settings)))

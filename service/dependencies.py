@@ -40,12 +40,10 @@ class Service:
     ----------
     settings
         The settings in force.
-    store
-        Shapes, prototypes, jobs and results of the tenant who asks.
     queue
-        The queue of the workers, for jobs of this tenant.
+        The queue of the workers, for jobs of the tenant who asks.
     ends
-        Whether jobs have ended, by the keys of each and of its batch.
+        Whether jobs have ended, by the tenant, the id and the batch of each.
     closing
         Set when the server stops, so that waiting requests are answered.
     metrics
@@ -59,9 +57,8 @@ class Service:
     """
 
     settings: Settings
-    store: Store
     queue: JobQueue
-    ends: Watcher[tuple[str, str | None], bool]
+    ends: Watcher[tuple[str, str, str | None], bool]
     closing: asyncio.Event = field(default_factory=asyncio.Event)
     metrics: CollectorRegistry = field(default_factory=CollectorRegistry)
     uploading: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(UPLOADS_AT_ONCE))
@@ -70,9 +67,14 @@ class Service:
     )
     scraping: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(SCRAPES_AT_ONCE))
 
+    @property
+    def store(self) -> Store:
+        """Shapes, prototypes, jobs and results of the tenant who asks."""
+        return self.queue.store
+
     def of(self, tenant: str) -> Self:
         """Return the service as a tenant sees it."""
-        return replace(self, store=self.store.of(tenant), queue=self.queue.of(tenant))
+        return replace(self, queue=self.queue.of(tenant))
 
     async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
         """Wait until a job has ended, at most `seconds`, and return its state then.
@@ -82,11 +84,10 @@ class Service:
         record = await run_in_threadpool(self.queue.job, job_id)
         if record is None or record.state.ended or seconds == 0:
             return record
-        keys = self.store.keys
-        batch = None if record.batch is None else keys.job(record.batch)
         clock = asyncio.get_running_loop().time
         deadline = clock() + seconds
-        with self.ends.change((keys.job(job_id), batch), False) as end:
+        watched = self.store.keys.tenant, job_id, record.batch
+        with self.ends.change(watched, False) as end:
             while not (end.done() or clock() >= deadline or await request.is_disconnected()):
                 await asyncio.wait([end], timeout=min(CHECK_INTERVAL, deadline - clock()))
             if end.done() and not end.cancelled():

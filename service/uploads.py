@@ -8,7 +8,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Annotated, Any, BinaryIO, Final, Generic
+from typing import Annotated, Any, BinaryIO, Final
 
 from fastapi import Depends, Form, Query, Request, Response, UploadFile
 from pydantic import AfterValidator, BaseModel
@@ -23,7 +23,7 @@ from broker.contracts import (
     PrototypeRecord,
     UploadPayload,
 )
-from broker.store import Keys, RecordLost, TooManyQueued
+from broker.store import RecordLost, TooManyQueued
 from broker.telemetry import logger
 from service.dependencies import CallContext, Service
 from service.http import (
@@ -184,28 +184,22 @@ UploadContextOf = Annotated[UploadContext, Depends()]
 
 
 @dataclass(frozen=True)
-class UploadKind(Generic[RecordT]):
-    """One kind of uploads.
+class UploadKind(RecordKind[RecordT]):
+    """One kind of uploads, by the kind of records that they become.
 
     Parameters
     ----------
-    becomes
-        What an upload becomes.
+    deleted
+        The problem reported if the record is deleted before the upload is answered.
     path
         Address that uploads are sent to.
     location
         Address under which the records are found.
-    key
-        Returns the key of a record of a tenant.
-    deleted
-        The problem reported if the record is deleted before the upload is answered.
     """
 
-    becomes: RecordKind[RecordT]
+    deleted: type[ApiProblem]
     path: str
     location: str
-    key: Callable[[Keys, str], str]
-    deleted: type[ApiProblem]
 
     @staticmethod
     def named(known: RecordT, name: str) -> RecordT:
@@ -220,9 +214,7 @@ class UploadKind(Generic[RecordT]):
     @property
     def location_header(self) -> dict[str, Any]:
         """OpenAPI entry of the header that names the record."""
-        return {
-            "Location": {"description": f"The {self.becomes.noun}.", "schema": {"type": "string"}}
-        }
+        return {"Location": {"description": f"The {self.noun}.", "schema": {"type": "string"}}}
 
     @property
     def validating(self) -> dict[str, Any]:
@@ -230,7 +222,7 @@ class UploadKind(Generic[RecordT]):
         return {
             "model": Job,
             "description": f"The upload is still being validated by this job; ask for the"
-            f" {self.becomes.noun} again",
+            f" {self.noun} again",
             "headers": self.location_header,
         }
 
@@ -250,7 +242,7 @@ class UploadKind(Generic[RecordT]):
         """
         return {
             200: {"model": model, "description": known, "headers": self.location_header},
-            201: {"description": f"A new {self.becomes.noun}", "headers": self.location_header},
+            201: {"description": f"A new {self.noun}", "headers": self.location_header},
             202: self.validating,
             **responses(
                 *further,
@@ -344,15 +336,17 @@ class UploadKind(Generic[RecordT]):
             headers={"Location": f"{self.location}/{record.id}"},
         )
 
-    def find(self, service: Service, record_id: str) -> Response | None:
-        """Return the answer with a record, or with the job that still validates it, if either is.
+    def find(self, service: Service, record_id: str) -> Response:
+        """Return the answer with a record, or with the job that still validates it.
 
         Raises
         ------
         Reported
             The upload turned out not to be usable after its sender was told to ask again.
+        ApiProblem
+            There is neither.
         """
-        records = self.becomes.records(service.store)
+        records = self.records(service.store)
         record = records.get(record_id)
         deferred = service.store.uploads.deferred(record_id)
         job = None if deferred is None else service.store.jobs.get(deferred)
@@ -363,7 +357,7 @@ class UploadKind(Generic[RecordT]):
             return self.show(record)
         if job is not None and job.error is not None:
             raise Reported(job.error)
-        return None
+        raise self.missing(service, record_id)
 
     def _submit(
         self,
@@ -380,7 +374,7 @@ class UploadKind(Generic[RecordT]):
             service.store.admission.bind(
                 IdempotencyRecord.of(context.caller, context.key, content, ttl)
             )
-        records = self.becomes.records(service.store)
+        records = self.records(service.store)
         known = records.use(payload.upload)
         if known is not None and not records.lost(payload.upload):
             if admitted is not None:
@@ -397,7 +391,7 @@ class UploadKind(Generic[RecordT]):
     ) -> Response:
         if job is not None and job.state is JobState.FAILED and job.error is not None:
             raise Reported(job.error)
-        records = self.becomes.records(service.store)
+        records = self.records(service.store)
         record = records.get(payload.upload)
         succeeded = job is not None and job.state is JobState.SUCCEEDED
         if record is not None and (succeeded or not records.lost(payload.upload)):
@@ -410,12 +404,12 @@ class UploadKind(Generic[RecordT]):
                 "The upload was cancelled before it was validated; send it again."
             )
         service.store.uploads.defer(payload.upload, job_id)
-        service.store.durability.wait(service.store.keys.job(job_id))
+        service.store.jobs.wait_for_disk(job_id)
         return self._still_validating(service, payload.upload, job)
 
     def _wait_for_disk(self, service: Service, payload: UploadPayload, job_id: str) -> None:
         try:
-            service.store.durability.wait(self.key(service.store.keys, payload.upload))
+            self.records(service.store).wait_for_disk(payload.upload)
         except RecordLost:
             # A restart of Redis that lost the record lost the end of its job, written later, too.
             job = service.store.jobs.get(job_id)
@@ -424,9 +418,7 @@ class UploadKind(Generic[RecordT]):
             raise self._deleted_at_once() from None
 
     def _deleted_at_once(self) -> ApiProblem:
-        detail = (
-            f"The {self.becomes.noun} was deleted as soon as it was validated; upload it again."
-        )
+        detail = f"The {self.noun} was deleted as soon as it was validated; upload it again."
         return self.deleted(detail)
 
     def _still_validating(self, service: Service, record_id: str, job: JobRecord) -> Response:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from broker.contracts import JobRecord, Payload, ValidationPayload, shape_id
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import Store
 from service.standalone import EmbeddedServer, WorkerPool
 from tests.blobs import blob_url
@@ -71,7 +71,7 @@ def run(served: JobQueue) -> Callable[[Payload], JobRecord]:
     """Have the workers run a job, and return it when it has ended."""
 
     def run_payload(payload: Payload) -> JobRecord:
-        return ended(served, served.submit(new_job(payload)).id)
+        return ended(served, served.submit(payload).id)
 
     return run_payload
 

@@ -5,7 +5,8 @@ the next. Nor is a batch: its matches are.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import BinaryIO, Final, Self
 
 from redis.client import Pipeline
@@ -19,6 +20,7 @@ from broker.contracts import (
     JobKind,
     JobRecord,
     JobState,
+    Payload,
     PicturePayload,
     RequestOrigin,
     SpectrumKey,
@@ -38,7 +40,7 @@ from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spec
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import BlobReference, QuotaExceeded, Store, any_running, size_of, transact
+from broker.store import BlobReference, Quota, QuotaExceeded, Store, any_running, size_of, transact
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
@@ -58,40 +60,37 @@ class JobQueue:
         The jobs' records.
     settings
         Limits of the jobs.
-
-    Attributes
-    ----------
-    rq
-        The queues themselves.
-    batches
-        Matches of batches.
     """
 
     store: Store
     settings: QueueSettings
-    rq: RqQueues = field(init=False)
-    batches: Batches = field(init=False)
 
-    def __post_init__(self) -> None:
-        """Open the queues in the store's Redis."""
-        object.__setattr__(
-            self, "rq", RqQueues(self.store.client, self.settings, self.store.keys.tenant)
-        )
-        object.__setattr__(self, "batches", Batches(self.store, self.rq))
+    @cached_property
+    def rq(self) -> RqQueues:
+        """The queues themselves, in the store's Redis."""
+        return RqQueues(self.store.client, self.settings, self.store.keys.tenant)
+
+    @cached_property
+    def batches(self) -> Batches:
+        """The matches of batches."""
+        return Batches(self.store, self.rq)
 
     def of(self, tenant: str) -> Self:
         """Return the submission of a tenant's jobs."""
         return replace(self, store=self.store.of(tenant))
 
-    def submit(self, record: JobRecord, idempotency: IdempotencyRecord | None = None) -> JobRecord:
+    def submit(self, payload: Payload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
         """Store a new job and queue it, both or neither.
+
+        The spectra that it needs, and that are neither cached nor queued, are queued before it. Of
+        a batch, as many matches are queued as there are workers.
 
         Parameters
         ----------
-        record
-            The job.
-        idempotency
-            Record of the request; the job of an equal earlier request is returned instead.
+        payload
+            Kind and parameters of the job.
+        context
+            The request. If an equal one had the same idempotency key, its job is returned.
 
         Raises
         ------
@@ -102,7 +101,14 @@ class JobQueue:
         QuotaExceeded
             The tenant has as many bytes as it may have.
         """
-        return self._submit(self._admitted(record, idempotency), idempotency)
+        record = self._admitted(new_job(payload, context), context.idempotency)
+        if isinstance(payload, SpectralPayload):
+            for key in wanted_spectra(payload, self.store.shapes):
+                self._submit_spectrum(key, context)
+        record = self._submit(record, context.idempotency)
+        if isinstance(payload, BatchPayload):
+            self.batches.advance(record.id)
+        return record
 
     def earlier_job(self, context: RequestOrigin) -> JobRecord | None:
         """Return the job of an equal request with the same idempotency key, if there was one.
@@ -153,52 +159,52 @@ class JobQueue:
         record = admitted or new_job(payload, context)
         stored: BlobReference | None = None
         is_shape = isinstance(payload, ValidationPayload)
-        size = size_of(data)
+        size, quota = size_of(data), self.store.quotas.get()
         uploads, named = self.store.uploads, (payload.upload, payload.file_type)
 
-        def attempt(pipe: Pipeline) -> str:
+        def store_candidate(pipe: Pipeline) -> Callable[[], object]:
             nonlocal stored
-            holder = self._live_job(self.store.keys.candidate_job(*named), pipe)
-            if holder is not None:
-                # A candidate that was put for nothing is left to the sweep: if the reply to the
-                # transaction was lost, the holder may be this very job.
-                return holder
-            self.admit(record)
+            self.admit(record, quota)
             stored = stored or uploads.put_candidate(*named, data, record.id)
             try:
                 # Once more, in the transaction: others may have been taken meanwhile.
-                self.store.quotas.check(size, is_shape, pipe)
+                self.store.quotas.check(size, is_shape, pipe, quota)
             except QuotaExceeded:
                 uploads.discard_candidate(*named, stored, record.id)
                 raise
-            self.rq.enqueue(record, pipe)
-            self.store.jobs.create(record, pipe)
-            uploads.add_candidate(*named, stored, record.id, pipe)
-            return record.id
+            return partial(uploads.add_candidate, *named, stored, record.id, pipe)
 
         try:
-            self.store.quotas.check(size, is_shape)
-            # Repeated if an equal upload was first, or if the tenant got something else.
-            holder = transact(self.store.client, attempt)
+            self.store.quotas.check(size, is_shape, quota=quota)
+            # A candidate that was put for nothing is left to the sweep: if the reply to the
+            # transaction was lost, the holder may be this very job.
+            holder = self._submit_once(
+                record, self.store.keys.candidate_job(*named), store_candidate
+            )
         except (BlobError, QuotaExceeded):
             self.store.admission.release(record)
             raise
-        if holder == record.id:
-            _log_queued(record)
-        else:
+        if holder != record.id:
             self.store.admission.release(record)
         return holder
 
-    def admit(self, record: JobRecord) -> None:
+    def admit(self, record: JobRecord, quota: Quota | None = None) -> None:
         """Count a job that is about to be submitted towards the limits; it is counted once.
+
+        Parameters
+        ----------
+        record
+            The job.
+        quota
+            The tenant's quota, if it is known already.
 
         Raises
         ------
         TooManyQueued
             The caller or its tenant has as many as it may have.
         """
-        limits = self.settings.max_queued_jobs, self.store.quotas.get().jobs
-        self.store.admission.admit(record, *limits)
+        quota = quota or self.store.quotas.get()
+        self.store.admission.admit(record, self.settings.max_queued_jobs, quota.jobs)
 
     def submit_picture(self, payload: PicturePayload, context: RequestOrigin = NO_REQUEST) -> str:
         """Queue the drawing of a picture unless it is being drawn; return the job that draws it."""
@@ -227,28 +233,15 @@ class JobQueue:
                 return None
             payload, context = chosen
             record = new_job(payload, context)
-            self._enqueue_marked(record, marker, pipe)
+            self.rq.enqueue(record, pipe)
+            self.store.jobs.create(record, pipe)
+            pipe.set(marker, record.id, ex=_MARKED_SECONDS)
             self.store.webhooks.begin(payload.job, payload.attempt, pipe)
             return record
 
         record = transact(self.store.client, attempt)
         if record is not None:
             _log_queued(record)
-
-    def submit_with_spectra(
-        self, payload: SpectralPayload, context: RequestOrigin = NO_REQUEST
-    ) -> JobRecord:
-        """Queue a job, and before it the spectra it needs that are neither cached nor queued.
-
-        Raises
-        ------
-        KeyReused, TooManyQueued
-            As for :meth:`submit`.
-        """
-        record = self._admitted(new_job(payload, context), context.idempotency)
-        for key in wanted_spectra(payload, self.store.shapes):
-            self._submit_spectrum(key, context)
-        return self._submit(record, context.idempotency)
 
     def spectra_ahead(self, record: JobRecord) -> int:
         """Return the number of spectra that a job needs and others compute, or will before it."""
@@ -266,18 +259,6 @@ class JobQueue:
         with self.store.client.pipeline() as pipe:
             self._enqueue_time_slice(record, number, pipe)
             pipe.execute()
-
-    def submit_batch(self, payload: BatchPayload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
-        """Queue a batch, and as many of its matches as there are workers.
-
-        Raises
-        ------
-        KeyReused, TooManyQueued
-            As for :meth:`submit`.
-        """
-        record = self.submit(new_job(payload, context), context.idempotency)
-        self.batches.advance(record.id)
-        return record
 
     def job(self, job_id: str) -> JobRecord | None:
         """Return a job in its present state, or None if it does not exist (any more).
@@ -330,7 +311,7 @@ class JobQueue:
 
     def gives_way(self, record: JobRecord) -> bool:
         """Return whether a running job waits, because none of its parts is running."""
-        keys, payload = self.store.keys, record.payload
+        payload = record.payload
         if record.state is not JobState.RUNNING:
             return False
         if isinstance(payload, DissimilaritiesPayload):
@@ -339,7 +320,7 @@ class JobQueue:
             parts = [batch_match_id(record.id, place) for place in range(len(payload.targets))]
         else:
             return False
-        return not any_running(self.store.client, [keys.job(part) for part in parts])
+        return not any_running(self.store, parts)
 
     def workers(self) -> int:
         """Return the number of live workers."""
@@ -372,9 +353,10 @@ class JobQueue:
             reserved = self.store.admission.reserve(idempotency, record.id)
             record = record.model_copy(update={"id": reserved})
         if record.is_listed:
+            quota = self.store.quotas.get()
             if self.store.jobs.state(record.id) is None:
-                self.store.quotas.check(size=1)
-            self.admit(record)
+                self.store.quotas.check(size=1, quota=quota)
+            self.admit(record, quota)
         return record
 
     def _submit(self, record: JobRecord, idempotency: IdempotencyRecord | None) -> JobRecord:
@@ -398,26 +380,42 @@ class JobQueue:
             _log_queued(record)
         return submitted
 
-    def _submit_once(self, record: JobRecord, marker: str) -> str:
-        """Queue a job unless the one that a key names has not ended; return that one's id."""
+    def _submit_once(
+        self,
+        record: JobRecord,
+        marker: str,
+        prepare: Callable[[Pipeline], Callable[[], object]] | None = None,
+    ) -> str:
+        """Queue a job unless the one that a key names has not ended; return that one's id.
+
+        Parameters
+        ----------
+        record
+            The job.
+        marker
+            The key.
+        prepare
+            Called before the transaction, which is repeated if keys that it watches change; returns
+            what sets the key in the transaction.
+        """
+
+        def mark(pipe: Pipeline) -> Callable[[], object]:
+            return partial(pipe.set, marker, record.id, ex=_MARKED_SECONDS)
 
         def attempt(pipe: Pipeline) -> str:
             holder = self._live_job(marker, pipe)
             if holder is not None:
                 return holder
-            self._enqueue_marked(record, marker, pipe)
+            finish = (prepare or mark)(pipe)
+            self.rq.enqueue(record, pipe)
+            self.store.jobs.create(record, pipe)
+            finish()
             return record.id
 
         holder = transact(self.store.client, attempt)
         if holder == record.id:
             _log_queued(record)
         return holder
-
-    def _enqueue_marked(self, record: JobRecord, marker: str, pipe: Pipeline) -> None:
-        """Queue a job that a key names from then on, as part of a transaction."""
-        self.rq.enqueue(record, pipe)
-        self.store.jobs.create(record, pipe)
-        pipe.set(marker, record.id, ex=_MARKED_SECONDS)
 
     def _drawing(self, payload: PicturePayload) -> str:
         """Key that names the job that draws a picture."""

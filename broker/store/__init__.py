@@ -1,7 +1,8 @@
 """The store: shapes, prototypes, jobs, results, spectra; records in Redis, large bytes as blobs."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self
 
 from redis import Redis
@@ -36,6 +37,7 @@ from broker.store.replies import text
 from broker.store.results import Results
 from broker.store.shapes import Shapes
 from broker.store.spectra import Spectra, SpectrumCounts
+from broker.store.tenant_data import TenantData
 from broker.store.transactions import transact
 from broker.store.uploads import CandidateGone, Uploads
 from broker.store.watching import any_running, have_ended, signs
@@ -102,45 +104,8 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Store:
-    """Everything that is kept of a tenant, by subject; spectra and counters are common to all.
-
-    Parameters
-    ----------
-    client
-        Connection to the Redis of queue and store.
-    blobs
-        The large bytes, in the blob store.
-    shapes, prototypes, attributes, uploads, jobs, results, admission, chunks, spectra, counters
-    webhooks
-        Its subjects.
-    durability
-        Waiting until they are on the disk.
-    api_keys
-        The API keys of all tenants.
-    quotas
-        The tenant's quota.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    blobs: Blobs
-    shapes: Shapes
-    prototypes: Prototypes
-    attributes: Attributes
-    uploads: Uploads
-    jobs: Jobs
-    results: Results
-    admission: Admission
-    chunks: Chunks
-    spectra: Spectra
-    counters: Counters
-    webhooks: Webhooks
-    durability: Durability
-    api_keys: ApiKeys
-    quotas: Quotas
-    keys: Keys
+class Store(TenantData):
+    """Everything that is kept of a tenant, by subject; spectra and counters are common to all."""
 
     @classmethod
     def open(
@@ -192,45 +157,77 @@ class Store:
         if settings.cache_url is not None:
             cache = connect(settings.cache_url, CACHE_PAUSE, CACHE_PAUSE, CACHE_TIMEOUT)
         durability = Durability(client, max(retry_seconds, LEAST_WAIT))
-        return cls._assemble(client, cache, settings, blobs, durability, DEFAULT_KEYS)
+        return cls(client, cache, blobs, settings, DEFAULT_KEYS, durability)
 
-    @classmethod
-    def _assemble(
-        cls,
-        client: Redis,
-        cache: Redis,
-        settings: StoreSettings,
-        blobs: Blobs,
-        durability: Durability,
-        keys: Keys,
-    ) -> Self:
-        return cls(
-            client,
-            blobs,
-            Shapes(client, settings, blobs, keys),
-            Prototypes(client, settings, blobs, keys),
-            Attributes(client, settings, blobs, keys),
-            Uploads(client, settings, blobs, keys),
-            Jobs(client, settings, blobs, keys),
-            Results(client, settings, blobs, keys),
-            Admission(client, keys),
-            Chunks(client, settings, keys),
-            Spectra(cache, client, settings, keys),
-            Counters(client),
-            Webhooks(client, keys),
-            durability,
-            ApiKeys(client),
-            Quotas(client, settings, keys),
-            keys,
-        )
+    @cached_property
+    def shapes(self) -> Shapes:
+        """The shapes."""
+        return self._part(Shapes)
+
+    @cached_property
+    def prototypes(self) -> Prototypes:
+        """The prototypes."""
+        return self._part(Prototypes)
+
+    @cached_property
+    def attributes(self) -> Attributes:
+        """The attribute files."""
+        return self._part(Attributes)
+
+    @cached_property
+    def uploads(self) -> Uploads:
+        """The uploads that are being validated."""
+        return self._part(Uploads)
+
+    @cached_property
+    def jobs(self) -> Jobs:
+        """The jobs."""
+        return self._part(Jobs)
+
+    @cached_property
+    def results(self) -> Results:
+        """The results of jobs."""
+        return self._part(Results)
+
+    @cached_property
+    def admission(self) -> Admission:
+        """Idempotency records and limits of jobs."""
+        return self._part(Admission)
+
+    @cached_property
+    def chunks(self) -> Chunks:
+        """The chunks of jobs that are done in time slices."""
+        return self._part(Chunks)
+
+    @cached_property
+    def webhooks(self) -> Webhooks:
+        """The webhooks that are not delivered yet."""
+        return self._part(Webhooks)
+
+    @cached_property
+    def quotas(self) -> Quotas:
+        """The tenant's quota."""
+        return self._part(Quotas)
+
+    @cached_property
+    def spectra(self) -> Spectra:
+        """The cached spectra, common to all tenants."""
+        return self._part(Spectra)
+
+    @cached_property
+    def counters(self) -> Counters:
+        """The counters of all tenants."""
+        return Counters(self.client)
+
+    @cached_property
+    def api_keys(self) -> ApiKeys:
+        """The API keys of all tenants."""
+        return ApiKeys(self.client)
 
     def of(self, tenant: str) -> Self:
         """Return the store of a tenant, over the same connections."""
         keys = Keys(tenant)
-        if keys == self.keys:
-            return self
-        cache, settings = self.spectra.cache, self.spectra.settings
-        return self._assemble(self.client, cache, settings, self.blobs, self.durability, keys)
+        return self if keys == self.keys else replace(self, keys=keys)
 
     def tenants(self) -> list[str]:
         """Return the names of all tenants that have had jobs, and of the default one."""
@@ -265,5 +262,5 @@ class Store:
 
     def close(self) -> None:
         """Close the connections."""
-        self.spectra.cache.close()
+        self.cache.close()
         self.client.close()

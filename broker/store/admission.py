@@ -8,13 +8,12 @@ import time
 from dataclasses import dataclass
 from typing import Final
 
-from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import IdempotencyRecord, JobRecord
 from broker.store import scripts
-from broker.store.keys import Keys
 from broker.store.replies import text
+from broker.store.tenant_data import TenantData
 
 RESERVATION_SECONDS: Final = 60
 """Seconds for which a request may take to store the job whose id or place it has reserved."""
@@ -46,19 +45,8 @@ class TooManyQueued(Exception):
 
 
 @dataclass(frozen=True)
-class Admission:
-    """Idempotency records and quotas.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    keys: Keys
+class Admission(TenantData):
+    """Idempotency records and quotas."""
 
     def job_of(self, idempotency: IdempotencyRecord) -> str | None:
         """Return the job of an equal request, or None if there was no such request.

@@ -15,14 +15,13 @@ from enum import StrEnum
 from types import MappingProxyType
 from typing import Final, cast
 
-from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import STAGES, JobState
 from broker.store import scripts
-from broker.store.connections import DAY, StoreSettings
-from broker.store.keys import Keys
+from broker.store.connections import DAY
 from broker.store.replies import blob, text
+from broker.store.tenant_data import TenantData
 
 _LEAST_TTL: Final = 30 * DAY
 """Seconds a stage without finished chunks is kept at least, even where records expire sooner: a job
@@ -88,22 +87,8 @@ class StageCounts:
 
 
 @dataclass(frozen=True)
-class Chunks:
-    """The chunks of jobs that are done in time slices.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        Times to live.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    settings: StoreSettings
-    keys: Keys
+class Chunks(TenantData):
+    """The chunks of jobs that are done in time slices."""
 
     @property
     def _ttl(self) -> int:

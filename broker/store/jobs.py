@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Final, TypeAlias, cast
 
-from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import (
@@ -32,13 +31,12 @@ from broker.contracts import (
     subject_of,
 )
 from broker.store import scripts
-from broker.store.blobs import Blobs
-from broker.store.connections import StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
 from broker.store.records import NewerRecord, job_document, read_record, readable
 from broker.store.replies import text
 from broker.store.scripts import LuaScript
+from broker.store.tenant_data import TenantData
 
 _ACTIVE: Final = "state", "kind", "cancel"
 """Fields of an :class:`ActiveJob`."""
@@ -73,25 +71,8 @@ class ActiveJob:
 
 
 @dataclass(frozen=True)
-class Jobs:
-    """The stored jobs.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        Times to live.
-    blobs
-        The results.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    settings: StoreSettings
-    blobs: Blobs
-    keys: Keys
+class Jobs(TenantData):
+    """The stored jobs."""
 
     def create(self, record: JobRecord, pipe: Pipeline) -> None:
         """Store a new, queued job, as part of a transaction."""
@@ -158,6 +139,10 @@ class Jobs:
     def expired(self, job_id: str) -> bool:
         """Return whether a job that does not exist has expired."""
         return bool(self.client.exists(self.keys.job_tombstone(job_id)))
+
+    def wait_for_disk(self, job_id: str) -> None:
+        """Wait as :meth:`Durability.wait` does until a job is on the disk."""
+        self.durability.wait(self.keys.job(job_id))
 
     def state(self, job_id: str) -> JobState | None:
         """Return the state of a job."""

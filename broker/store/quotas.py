@@ -8,13 +8,12 @@ so that no process that dies, and no record that expires, leaves one that is wro
 import json
 from dataclasses import dataclass, replace
 
-from redis import Redis
 from redis.client import Pipeline
 
 from broker.store import scripts
-from broker.store.connections import StoreSettings
 from broker.store.keys import Keys
 from broker.store.replies import text
+from broker.store.tenant_data import TenantData
 
 
 class QuotaExceeded(Exception):
@@ -61,22 +60,8 @@ class Quota:
 
 
 @dataclass(frozen=True)
-class Quotas:
-    """The quota of a tenant, and what it uses of it.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        The quota of tenants that have none of their own.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    settings: StoreSettings
-    keys: Keys
+class Quotas(TenantData):
+    """The quota of a tenant, and what it uses of it."""
 
     def get(self) -> Quota:
         """Return the tenant's quota."""
@@ -129,7 +114,13 @@ class Quotas:
         """
         return int(scripts.COUNT_HELD(self.client, [self.keys.held], limit))
 
-    def check(self, size: int = 0, shapes: int = 0, pipe: Pipeline | None = None) -> None:
+    def check(
+        self,
+        size: int = 0,
+        shapes: int = 0,
+        pipe: Pipeline | None = None,
+        quota: Quota | None = None,
+    ) -> None:
         """Refuse to keep more than the tenant may have.
 
         Parameters
@@ -138,13 +129,15 @@ class Quotas:
             Bytes and shapes that are to be kept besides those that are.
         pipe
             Of the transaction that stores them, which fails if the tenant gets others meanwhile.
+        quota
+            The tenant's quota, if it is known already.
 
         Raises
         ------
         QuotaExceeded
             It would be more.
         """
-        quota = self.get()
+        quota = quota or self.get()
         if pipe is not None and (quota.shapes or quota.bytes):
             pipe.watch(self.keys.shapes, self.keys.held)
         if quota.shapes and shapes:

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Generic, TypeVar, cast
 
-from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import AttributesRecord, PrototypeRecord, ShapeRecord
-from broker.store.blobs import BlobReference, Blobs
-from broker.store.connections import StoreSettings
-from broker.store.keys import Keys
+from broker.store.blobs import BlobReference
 from broker.store.listings import Listing, Page
 from broker.store.quotas import QuotaExceeded, Quotas
 from broker.store.records import read_record, readable_records
+from broker.store.tenant_data import TenantData
 from broker.store.uploads import delete_candidate
 
 RecordT = TypeVar("RecordT", ShapeRecord, PrototypeRecord, AttributesRecord)
@@ -45,25 +43,8 @@ class Layout(Generic[RecordT]):
 
 
 @dataclass(frozen=True)
-class RecordStore(ABC, Generic[RecordT]):
-    """The stored records of one kind.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        Times to live.
-    blobs
-        The bytes.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    settings: StoreSettings
-    blobs: Blobs
-    keys: Keys
+class RecordStore(TenantData, ABC, Generic[RecordT]):
+    """The stored records of one kind."""
 
     @property
     @abstractmethod
@@ -73,7 +54,7 @@ class RecordStore(ABC, Generic[RecordT]):
     @property
     def quotas(self) -> Quotas:
         """The tenant's quota."""
-        return Quotas(self.client, self.settings, self.keys)
+        return self._part(Quotas)
 
     def get(self, record_id: str) -> RecordT | None:
         """Return a record, or None if it does not exist."""
@@ -94,6 +75,10 @@ class RecordStore(ABC, Generic[RecordT]):
     def expired(self, record_id: str) -> bool:
         """Whether a record that does not exist has expired (and was not deleted)."""
         return bool(self.client.exists(self.layout.tombstone(record_id)))
+
+    def wait_for_disk(self, record_id: str) -> None:
+        """Wait as :meth:`Durability.wait` does until a record is on the disk."""
+        self.durability.wait(self.layout.record(record_id))
 
     def delete(self, record_id: str) -> bool:
         """Delete a record with its bytes; False if it did not exist."""

@@ -5,38 +5,21 @@ from dataclasses import dataclass
 from typing import BinaryIO, Final, cast
 
 from pydantic import TypeAdapter
-from redis import Redis
 
 from broker.contracts import PicturePayload, Summary
-from broker.store.blobs import Blobs
-from broker.store.connections import StoreSettings
-from broker.store.keys import Keys
 from broker.store.quotas import Quotas
 from broker.store.replies import text
+from broker.store.tenant_data import TenantData
 
 _SUMMARY: Final[TypeAdapter[Summary]] = TypeAdapter(Summary)
 
 
 @dataclass(frozen=True)
-class Results:
+class Results(TenantData):
     """The stored results; :meth:`broker.store.Jobs.succeed` stores all but pictures.
 
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        Times to live.
-    blobs
-        The bytes; summaries are short, and read many at a time: they are in Redis.
-    keys
-        The tenant's keys.
+    Summaries are short, and read many at a time: they are in Redis.
     """
-
-    client: Redis
-    settings: StoreSettings
-    blobs: Blobs
-    keys: Keys
 
     def document(self, job_id: str) -> bytes | None:
         """Return the result of a job, JSON in gzip."""
@@ -116,7 +99,7 @@ class Results:
         left = self.client.ttl(result)
         if left > 0:
             key = self.keys.job_picture(payload.job, payload.variant)
-            Quotas(self.client, self.settings, self.keys).check(len(picture))
+            self._part(Quotas).check(len(picture))
             self.blobs.save(key, picture, left)
             # If the result was deleted meanwhile, this picture may not have been found.
             if not self.client.exists(result):

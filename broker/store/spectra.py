@@ -22,10 +22,11 @@ from redis.exceptions import TimeoutError as RedisTimeoutError
 from broker.circuit_breaker import CircuitBreaker
 from broker.contracts import SpectrumKey
 from broker.store import scripts
-from broker.store.connections import StoreSettings, memory
+from broker.store.connections import memory
 from broker.store.keys import Keys
 from broker.store.leases import renewed
 from broker.store.replies import blob, text
+from broker.store.tenant_data import TenantData
 from broker.telemetry import logger
 
 log = logger("isomatch.store")
@@ -54,31 +55,14 @@ class SpectrumCounts:
 
 
 @dataclass(frozen=True)
-class Spectra:
+class Spectra(TenantData):
     """The cached spectra, as bytes.
 
     The cache may have a Redis of its own, which may evict; locks and counters stay in the Redis of
     the queue, which evicts nothing. Such a cache may also fail: a spectrum that cannot be read is
     computed again. A cache in the Redis of the queue leaves the queue its memory.
-
-    Parameters
-    ----------
-    cache
-        Connection to the Redis of the cache.
-    client
-        Connection to the Redis of the queue.
-    settings
-        Budget and time to live.
-    keys
-        The tenant's keys.
-    circuit
-        Circuit breaker of a cache with a Redis of its own.
     """
 
-    cache: Redis
-    client: Redis
-    settings: StoreSettings
-    keys: Keys
     circuit: CircuitBreaker = _CIRCUIT
 
     @property

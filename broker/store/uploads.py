@@ -3,14 +3,13 @@
 from dataclasses import dataclass
 from typing import BinaryIO
 
-from redis import Redis
 from redis.client import Pipeline
 
 from broker.store import scripts
-from broker.store.blobs import BlobReference, Blobs
-from broker.store.connections import StoreSettings
+from broker.store.blobs import BlobReference
 from broker.store.keys import Keys
 from broker.store.replies import text
+from broker.store.tenant_data import TenantData
 
 
 class CandidateGone(Exception):
@@ -18,25 +17,8 @@ class CandidateGone(Exception):
 
 
 @dataclass(frozen=True)
-class Uploads:
-    """Uploads that are being validated, by the id of the shape or prototype they will become.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        Times to live.
-    blobs
-        The bytes.
-    keys
-        The tenant's keys.
-    """
-
-    client: Redis
-    settings: StoreSettings
-    blobs: Blobs
-    keys: Keys
+class Uploads(TenantData):
+    """Uploads that are being validated, by the id of the shape or prototype they will become."""
 
     def put_candidate(
         self, upload_id: str, file_type: str, data: bytes | BinaryIO, job_id: str

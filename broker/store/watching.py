@@ -6,6 +6,8 @@ from redis import Redis
 
 from broker.contracts import JobState
 from broker.store import scripts
+from broker.store.keys import Keys
+from broker.store.tenant_data import TenantData
 
 _PRESENT = "state", "stage", "fraction", "started", "delivery"
 """Fields that show that a record has changed; the other ones change with them."""
@@ -13,7 +15,7 @@ _PRESENT = "state", "stage", "fraction", "started", "delivery"
 _ENDED = {state.value.encode() for state in JobState if state.ended}
 
 
-def have_ended(client: Redis, jobs: Sequence[tuple[str, str | None]]) -> list[bool]:
+def have_ended(client: Redis, jobs: Sequence[tuple[str, str, str | None]]) -> list[bool]:
     """Return whether jobs have ended, or do not exist (any more).
 
     Parameters
@@ -21,33 +23,38 @@ def have_ended(client: Redis, jobs: Sequence[tuple[str, str | None]]) -> list[bo
     client
         Connection to Redis.
     jobs
-        Keys of each job and of its batch; a match of a batch may be created later.
+        Tenant, id and batch of each job; a match of a batch may be created later.
     """
-    keys = list(dict.fromkeys(key for pair in jobs for key in pair if key is not None))
+    pairs = [
+        (Keys(tenant).job(job), None if batch is None else Keys(tenant).job(batch))
+        for tenant, job, batch in jobs
+    ]
+    keys = list(dict.fromkeys(key for pair in pairs for key in pair if key is not None))
     states = dict(zip(keys, _fields(client, keys, "state"), strict=True))
     ended = {key for key, state in states.items() if state is None or state in _ENDED}
     return [
         job in ended and (states[job] is not None or batch is None or batch in ended)
-        for job, batch in jobs
+        for job, batch in pairs
     ]
 
 
-def any_running(client: Redis, jobs: Sequence[str]) -> bool:
-    """Return whether one of these jobs is running, by their keys."""
-    return bool(jobs) and JobState.RUNNING.value.encode() in _fields(client, jobs, "state")
+def any_running(store: TenantData, jobs: Sequence[str]) -> bool:
+    """Return whether one of a tenant's jobs is running, by their ids."""
+    keys = list(map(store.keys.job, jobs))
+    return bool(jobs) and JobState.RUNNING.value.encode() in _fields(store.client, keys, "state")
 
 
-def signs(client: Redis, jobs: Sequence[str]) -> list[bytes | None]:
+def signs(store: TenantData, jobs: Sequence[str]) -> list[bytes | None]:
     """Return a sign of each job that changes when its record does; None if there is none.
 
     Parameters
     ----------
-    client
-        Connection to Redis.
+    store
+        What is kept of the tenant.
     jobs
-        Keys of the jobs.
+        Ids of the jobs.
     """
-    return _fields(client, jobs, *_PRESENT)
+    return _fields(store.client, list(map(store.keys.job, jobs)), *_PRESENT)
 
 
 def _fields(client: Redis, jobs: Sequence[str], *fields: str) -> list[bytes | None]:

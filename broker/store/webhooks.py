@@ -9,29 +9,19 @@ from redis.client import Pipeline
 
 from broker.contracts import Delivery
 from broker.store import scripts
-from broker.store.keys import Keys
 from broker.store.replies import text
+from broker.store.tenant_data import TenantData
 
 LEASE: Final = 60.0
 """Seconds after which a webhook is due again whose delivery was lost or whose job is unreadable."""
 
 
 @dataclass(frozen=True)
-class Webhooks:
+class Webhooks(TenantData):
     """The webhooks that are not delivered yet, by the jobs that have ended.
 
     The script that ends a job adds its webhook to the list.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    keys
-        The tenant's keys.
     """
-
-    client: Redis
-    keys: Keys
 
     def due(self, most: int) -> list[str]:
         """Return jobs whose webhook is due, the earliest first."""

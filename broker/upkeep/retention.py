@@ -7,7 +7,6 @@ from typing import Final
 from broker.contracts import JobState, is_prototype
 from broker.store import Keys, Listing, Store, text
 
-
 _PARTS: Final = 100
 """Parts of listings that are swept at a time, at most: a tenth of a second."""
 

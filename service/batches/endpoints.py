@@ -3,7 +3,7 @@
 import gzip
 from contextlib import suppress
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter
 
 from broker.blobs import BlobLost
 from broker.contracts import (
@@ -12,7 +12,6 @@ from broker.contracts import (
     BatchResult,
     JobRecord,
     JobState,
-    RequestOrigin,
     is_prototype,
 )
 from service.batches.schemas import BatchProgress, BatchRequest
@@ -25,7 +24,7 @@ from service.http import (
     UnknownPrototype,
     responses,
 )
-from service.jobs import Job, JobId, JobOrder, answers, requested_job, stored_job
+from service.jobs import Job, JobId, JobOrderOf, answers, stored_job
 from service.matches import checked_parameters
 
 router = APIRouter(prefix="/v1/batches", tags=["batches"])
@@ -37,20 +36,14 @@ router = APIRouter(prefix="/v1/batches", tags=["batches"])
     responses=answers(UnknownPrototype),
     operation_id="create_batch",
 )
-def create_batch(
-    asked: BatchRequest, service: ServiceOf, order: JobOrder, response: Response
-) -> Job:
+def create_batch(asked: BatchRequest, order: JobOrderOf) -> Job:
     """Match one source with many targets: each match is a job of its own, with its own result.
 
     Parameters are those of a match, the same for all; `partial` links to the matches, which follow
     one another as workers are free. A match that fails does not end the batch. To cancel the batch
     cancels its matches.
     """
-
-    def submit(order: RequestOrigin) -> JobRecord:
-        return service.queue.submit_batch(_payload(asked, service), order)
-
-    return requested_job(service, asked, order, response, submit)
+    return order.job(asked, _payload)
 
 
 @router.get(

@@ -2,19 +2,17 @@
 
 from typing import Final
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter
 
 from broker.contracts import (
     MOST_MAPPED_VERTICES,
     ConsistentMapsPayload,
     FieldProblem,
-    JobRecord,
     MatchParameters,
-    RequestOrigin,
 )
 from service.consistent_maps.schemas import ConsistentMapsRequest
-from service.dependencies import Service, ServiceOf
-from service.jobs import Job, JobOrder, answers, requested_job
+from service.dependencies import Service
+from service.jobs import Job, JobOrderOf, answers
 from service.shapes import refuse, repeated_shapes, shape_fields, use_shapes
 
 _REFUSED: Final = "These shapes cannot be mapped to one another; `errors` says why."
@@ -23,9 +21,7 @@ router = APIRouter(prefix="/v1/consistent-maps", tags=["consistent maps"])
 
 
 @router.post("", status_code=202, responses=answers(), operation_id="create_consistent_maps")
-def create_consistent_maps(
-    asked: ConsistentMapsRequest, service: ServiceOf, order: JobOrder, response: Response
-) -> Job:
+def create_consistent_maps(asked: ConsistentMapsRequest, order: JobOrderOf) -> Job:
     """Map all shapes of a collection to one another, consistently.
 
     All pairs are matched at all vertices. Pairs in doubt are mapped anew by way of other shapes
@@ -35,11 +31,7 @@ def create_consistent_maps(
     One worker matches the pairs one after another. Pairs that have not begun after 70 % of the
     time that a job may take are left out, and named.
     """
-
-    def submit(order: RequestOrigin) -> JobRecord:
-        return service.queue.submit_with_spectra(_payload(asked, service), order)
-
-    return requested_job(service, asked, order, response, submit)
+    return order.job(asked, _payload)
 
 
 def _payload(asked: ConsistentMapsRequest, service: Service) -> ConsistentMapsPayload:

@@ -10,11 +10,10 @@ from broker.contracts import (
     PAIRS,
     RESULT,
     DissimilaritiesPayload,
+    DissimilarityParameters,
     JobRecord,
     JobState,
-    RequestOrigin,
 )
-from broker.queue import new_job
 from service.dependencies import Service, ServiceOf
 from service.dissimilarities.partial import (
     known_pairs,
@@ -36,12 +35,11 @@ from service.http import (
 from service.jobs import (
     Job,
     JobId,
-    JobOrder,
+    JobOrderOf,
     answers,
     job_with_result,
     json_answer,
     open_result,
-    requested_job,
 )
 from service.shapes import (
     check_shapes,
@@ -63,20 +61,14 @@ router = APIRouter(prefix="/v1/dissimilarities", tags=["dissimilarities"])
     responses=answers(),
     operation_id="create_dissimilarities",
 )
-def create_dissimilarities(
-    asked: DissimilaritiesRequest, service: ServiceOf, order: JobOrder, response: Response
-) -> Job:
+def create_dissimilarities(asked: DissimilaritiesRequest, order: JobOrderOf) -> Job:
     """Compare all pairs of a collection of shapes.
 
     The dissimilarity of two shapes is the minimum distortion of a match of a few points, solved to
     proven optimality. Workers share the pairs, and run other jobs in between; `partial` links to
     the dissimilarities known so far.
     """
-
-    def submit(order: RequestOrigin) -> JobRecord:
-        return service.queue.submit(new_job(_payload(asked, service), order), order.idempotency)
-
-    return requested_job(service, asked, order, response, submit)
+    return order.job(asked, _payload)
 
 
 @router.get(
@@ -161,5 +153,5 @@ def _payload(asked: DissimilaritiesRequest, service: Service) -> Dissimilarities
         shapes=asked.shapes,
         names=asked.names,
         labels=asked.labels,
-        parameters=asked.parameters(),
+        parameters=asked.parameters(DissimilarityParameters),
     )

@@ -51,11 +51,6 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
 
     _named = field_validator("names")(one_for_each("name", "shape"))
 
-    def parameters(self) -> DissimilarityParameters:
-        """Return the parameters of the comparison alone."""
-        values = {name: getattr(self, name) for name in DissimilarityParameters.model_fields}
-        return DissimilarityParameters.model_construct(**values)
-
 
 class PartialDissimilarities(BaseModel):
     """Dissimilarities known so far."""

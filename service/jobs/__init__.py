@@ -14,10 +14,9 @@ from service.jobs.lookup import (
 from service.jobs.pictures import NEEDED, presented
 from service.jobs.requests import (
     IdempotencyKey,
-    JobOrder,
+    JobOrderOf,
     JobRequest,
     answers,
-    requested_job,
 )
 from service.jobs.results import BYTES, ERRORS
 from service.jobs.schemas import Job
@@ -36,7 +35,7 @@ __all__ = [
     "IdempotencyKey",
     "Job",
     "JobId",
-    "JobOrder",
+    "JobOrderOf",
     "JobRequest",
     "Name",
     "answers",
@@ -45,7 +44,6 @@ __all__ = [
     "open_result",
     "packed_result",
     "presented",
-    "requested_job",
     "stored_job",
     "webhooks_router",
 ]

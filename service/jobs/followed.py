@@ -77,7 +77,7 @@ class FollowedJobs:
 
     def _of_tenant(self, tenant: str, jobs: list[str]) -> dict[Name, _Known]:
         queue = self._queue.of(tenant)
-        found = signs(queue.store.client, [queue.store.keys.job(job) for job in jobs])
+        found = signs(queue.store, jobs)
         known: dict[Name, _Known] = {}
         changed: list[Name] = []
         for job, sign in zip(jobs, found, strict=True):

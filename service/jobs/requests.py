@@ -1,12 +1,12 @@
 """Requests for jobs: idempotency keys, webhooks, and the answers common to all of them."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Annotated, Any, Final
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Final, TypeVar
 from urllib.parse import urlsplit
 
 from fastapi import Depends, Header, Request, Response
-from pydantic import AfterValidator, Field, GetJsonSchemaHandler, model_validator
+from pydantic import AfterValidator, BaseModel, Field, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
@@ -14,7 +14,7 @@ from broker.contracts import (
     BoundedModel,
     FieldProblem,
     IdempotencyRecord,
-    JobRecord,
+    Payload,
     RequestOrigin,
     Webhook,
 )
@@ -36,6 +36,9 @@ from service.http import (
     responses,
 )
 from service.jobs.schemas import Job
+
+ParametersT = TypeVar("ParametersT", bound=BaseModel)
+RequestT = TypeVar("RequestT", bound="JobRequest")
 
 LONGEST_KEY: Final = 255
 """Characters of an idempotency key."""
@@ -99,24 +102,6 @@ IdempotencyKey = Annotated[
 ]
 
 
-async def _order(
-    request: Request,
-    service: ServiceOf,
-    request_id: RequestId,
-    caller: Caller,
-    key: IdempotencyKey = None,
-) -> RequestOrigin:
-    once = None
-    if key is not None:
-        content = (request.method.encode(), request.url.path.encode(), await request.body())
-        once = IdempotencyRecord.of(caller, key, content, service.settings.idempotency_ttl)
-    return RequestOrigin(request_id, caller, once)
-
-
-JobOrder = Annotated[RequestOrigin, Depends(_order)]
-"""Request id, caller and idempotency key of a request with a JSON body."""
-
-
 _ABOUT: Final = ("title", "description", "default", "examples", "deprecated")
 """Keywords of a JSON schema that are about a field, and not about its values."""
 
@@ -161,23 +146,26 @@ class JobRequest(BoundedModel):
             properties[name] = _nullable(properties[name])
         return described
 
+    def parameters(self, kind: type[ParametersT]) -> ParametersT:
+        """Return those of its fields that are parameters of a kind."""
+        return kind.model_construct(**{name: getattr(self, name) for name in kind.model_fields})
+
     @classmethod
     def _optional(cls) -> list[str]:
         return [name for name, field in cls.model_fields.items() if not field.is_required()]
 
 
-def _with_webhook(service: Service, asked: JobRequest, order: RequestOrigin) -> RequestOrigin:
-    """Return an order with the webhook that the request names.
+def _check_webhook(service: Service, webhook: Webhook) -> None:
+    """Refuse a webhook whose host is an IP address that is not permitted, or no host name.
+
+    Host names are resolved and checked at delivery.
 
     Raises
     ------
     InvalidRequest
-        The webhook's host is an IP address that is not permitted, or no host name. (Host names
-        are resolved and checked at delivery.)
+        It is one of these.
     """
-    if asked.webhook is None:
-        return order
-    host = urlsplit(asked.webhook.url).hostname or ""
+    host = urlsplit(webhook.url).hostname or ""
     address, message = literal_address(host), None
     if address is not None and not permitted(address, service.settings.webhook_networks):
         message = f"{host} is not a public address; this service does not permit it"
@@ -186,7 +174,6 @@ def _with_webhook(service: Service, asked: JobRequest, order: RequestOrigin) -> 
     if message is not None:
         fields = (FieldProblem(field="body.webhook.url", message=message),)
         raise InvalidRequest(INVALID, fields)
-    return replace(order, webhook=asked.webhook)
 
 
 def _is_host_name(host: str) -> bool:
@@ -198,40 +185,68 @@ def _is_host_name(host: str) -> bool:
     return True
 
 
-def requested_job(
-    service: Service,
-    asked: JobRequest,
-    order: RequestOrigin,
-    response: Response,
-    submit: Callable[[RequestOrigin], JobRecord],
-) -> Job:
-    """Return the job that a request makes, or made before with the same idempotency key.
+@dataclass(frozen=True)
+class JobOrder:
+    """A request for a job, with a JSON body.
 
     Parameters
     ----------
     service
         The service that queues it.
-    asked
-        The body of the request.
-    order
+    origin
         Its id, caller and idempotency key.
     response
-        The answer, whose header `Location` is set.
-    submit
-        Checks the request and queues its job.
-
-    Raises
-    ------
-    NotOnDisk
-        The job may be lost if Redis is killed now; the same request with the same idempotency key
-        is answered with it, or queues it again.
+        The answer, whose headers are set.
     """
-    record = service.queue.earlier_job(order)
-    if record is not None:
-        response.headers[_REPLAYED] = "true"
-    else:
-        record = submit(_with_webhook(service, asked, order))
-    service.store.durability.wait(service.store.keys.job(record.id))
-    job = Job.of(record, service.queue)
-    response.headers["Location"] = job.links.self
-    return job
+
+    service: Service
+    origin: RequestOrigin
+    response: Response
+
+    def job(self, asked: RequestT, payload_of: Callable[[RequestT, Service], Payload]) -> Job:
+        """Return the job that the request makes, or made before with the same idempotency key.
+
+        Parameters
+        ----------
+        asked
+            The body of the request.
+        payload_of
+            Checks the body, and returns the payload of its job.
+
+        Raises
+        ------
+        NotOnDisk
+            The job may be lost if Redis is killed now; the same request with the same idempotency
+            key is answered with it, or queues it again.
+        """
+        service = self.service
+        record = service.queue.earlier_job(self.origin)
+        if record is not None:
+            self.response.headers[_REPLAYED] = "true"
+        else:
+            if asked.webhook is not None:
+                _check_webhook(service, asked.webhook)
+            origin = replace(self.origin, webhook=asked.webhook)
+            record = service.queue.submit(payload_of(asked, service), origin)
+        service.store.jobs.wait_for_disk(record.id)
+        job = Job.of(record, service.queue)
+        self.response.headers["Location"] = job.links.self
+        return job
+
+
+async def _order(
+    request: Request,
+    response: Response,
+    service: ServiceOf,
+    request_id: RequestId,
+    caller: Caller,
+    key: IdempotencyKey = None,
+) -> JobOrder:
+    once = None
+    if key is not None:
+        content = (request.method.encode(), request.url.path.encode(), await request.body())
+        once = IdempotencyRecord.of(caller, key, content, service.settings.idempotency_ttl)
+    return JobOrder(service, RequestOrigin(request_id, caller, once), response)
+
+
+JobOrderOf = Annotated[JobOrder, Depends(_order)]

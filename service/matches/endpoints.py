@@ -2,18 +2,16 @@
 
 from collections.abc import Mapping
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter
 
 from broker.contracts import (
-    JobRecord,
     MatchParameters,
     MatchPayload,
-    RequestOrigin,
     is_prototype,
 )
-from service.dependencies import Service, ServiceOf
+from service.dependencies import Service
 from service.http import UnknownPrototype
-from service.jobs import Job, JobOrder, answers, requested_job
+from service.jobs import Job, JobOrderOf, answers
 from service.matches.landmarks import landmarks_out_of_range
 from service.matches.prototypes import REFUSED, prototype_parameters
 from service.matches.schemas import MatchRequest, SourceRequest
@@ -28,27 +26,24 @@ router = APIRouter(prefix="/v1/matches", tags=["matches"])
     responses=answers(UnknownPrototype),
     operation_id="create_match",
 )
-def create_match(
-    asked: MatchRequest, service: ServiceOf, order: JobOrder, response: Response
-) -> Job:
+def create_match(asked: MatchRequest, order: JobOrderOf) -> Job:
     """Match two shapes: find the correspondence of minimum distortion between samples of them.
 
     Or match a prototype and a shape: find the most likely correspondence of the prototype's points.
     Then `metric`, `descriptor`, `normalise`, `eigenpairs` and `geodesic_method` are those of the
     prototype, and `refine`, `dense`, `landmarks` and the objective "linf" are not supported.
     """
+    return order.job(asked, _payload)
 
-    def submit(order: RequestOrigin) -> JobRecord:
-        payload = MatchPayload(
-            source=asked.source,
-            target=asked.target,
-            source_name=asked.source_name,
-            target_name=asked.target_name,
-            parameters=checked_parameters(asked, {"body.target": asked.target}, service),
-        )
-        return service.queue.submit_with_spectra(payload, order)
 
-    return requested_job(service, asked, order, response, submit)
+def _payload(asked: MatchRequest, service: Service) -> MatchPayload:
+    return MatchPayload(
+        source=asked.source,
+        target=asked.target,
+        source_name=asked.source_name,
+        target_name=asked.target_name,
+        parameters=checked_parameters(asked, {"body.target": asked.target}, service),
+    )
 
 
 def checked_parameters(
@@ -74,4 +69,4 @@ def checked_parameters(
         return prototype_parameters(asked, targets, service)
     shapes = use_shapes(service, {"body.source": asked.source, **targets})
     check_shapes(asked, shapes, REFUSED, landmarks_out_of_range(asked, shapes))
-    return asked.parameters()
+    return asked.parameters(MatchParameters)

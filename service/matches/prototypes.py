@@ -57,7 +57,7 @@ def in_force(asked: SourceRequest, prototype: PrototypeRecord) -> MatchParameter
         own["points"] = min(asked.points, prototype.points)
     own["partial"] = "none"
     own["orientation"] = asked.orientation and prototype.surfaces > 0
-    return asked.parameters().model_copy(update=own)
+    return asked.parameters(MatchParameters).model_copy(update=own)
 
 
 def _unsupported(

@@ -20,11 +20,6 @@ class SourceRequest(MatchParameters, JobRequest):
         " null for the name it is stored under.",
     )
 
-    def parameters(self) -> MatchParameters:
-        """Return the parameters of the match alone."""
-        values = {name: getattr(self, name) for name in MatchParameters.model_fields}
-        return MatchParameters.model_construct(**values)
-
 
 class MatchRequest(SourceRequest):
     """Two shapes, or a prototype and a shape, and how to match them."""

@@ -1,24 +1,21 @@
 """``/v1/prototype-archives``; ``/v1/prototypes/{id}/archive`` and ``/geometry``."""
 
-from typing import Annotated, BinaryIO, Final
+from typing import Annotated, BinaryIO
 
 from fastapi import APIRouter, File, Response, UploadFile
 
 from broker.contracts import (
     ARCHIVE_TYPE,
     PrototypeGeometry,
-    PrototypeRecord,
     PrototypeValidationPayload,
     prototype_id,
 )
-from broker.store import Keys
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
     ContentLost,
     GeometryNotKept,
     InvalidRequest,
-    PrototypeDeleted,
     PrototypeExpired,
     PrototypeNotFound,
     UnusablePrototype,
@@ -29,25 +26,18 @@ from service.http import (
     responses,
 )
 from service.names import LONGEST, base_name
-from service.prototypes.lookup import PROTOTYPES, PrototypeId
+from service.prototypes.lookup import LOCATION, PATH, PROTOTYPES, PrototypeId
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
-from service.uploads import KnownPartsOnce, UploadContextOf, UploadKind, UploadName
-
-LOCATION: Final = "/v1/prototypes"
-PATH: Final = "/v1/prototype-archives"
+from service.uploads import KnownPartsOnce, UploadContextOf, UploadName
 
 router = APIRouter(tags=["prototypes"])
-
-UPLOADS: Final = UploadKind[PrototypeRecord](
-    PROTOTYPES, PATH, LOCATION, Keys.prototype, PrototypeDeleted
-)
 
 
 @router.post(
     PATH,
     status_code=201,
     response_model=Prototype,
-    responses=UPLOADS.answers(
+    responses=PROTOTYPES.answers(
         Prototype,
         "The same archive was uploaded before; its name and version stay",
         UnusablePrototype,
@@ -74,7 +64,7 @@ async def upload_prototype(
         called = (name or "").strip() or stem or DEFAULT_NAME
         return PrototypeValidationPayload(prototype=prototype_id(data), name=called)
 
-    return await UPLOADS.receive(context, file, describe)
+    return await PROTOTYPES.receive(context, file, describe)
 
 
 @router.get(

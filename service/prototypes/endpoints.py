@@ -5,7 +5,12 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Query, Response
 
-from broker.contracts import FieldProblem, JobRecord, PrototypePayload, RequestOrigin, ShapeRecord
+from broker.contracts import (
+    FieldProblem,
+    PrototypeParameters,
+    PrototypePayload,
+    ShapeRecord,
+)
 from broker.upkeep import evict_deleted
 from service.dependencies import Service, ServiceOf
 from service.http import (
@@ -18,10 +23,9 @@ from service.http import (
     page_of,
     responses,
 )
-from service.jobs import Job, JobOrder, answers, requested_job
+from service.jobs import Job, JobOrderOf, answers
 from service.names import LONGEST
-from service.prototypes.archives import LOCATION, UPLOADS
-from service.prototypes.lookup import PROTOTYPES, PrototypeId
+from service.prototypes.lookup import LOCATION, PROTOTYPES, PrototypeId
 from service.prototypes.schemas import DEFAULT_NAME, Prototype, PrototypePage, PrototypeRequest
 from service.shapes import (
     check_shapes,
@@ -46,19 +50,13 @@ _REFUSED: Final = "A prototype cannot be learned from this request; `errors` say
     responses=answers(),
     operation_id="create_prototype",
 )
-def create_prototype(
-    asked: PrototypeRequest, service: ServiceOf, order: JobOrder, response: Response
-) -> Job:
+def create_prototype(asked: PrototypeRequest, order: JobOrderOf) -> Job:
     """Learn a prototype from examples of a class of shapes.
 
     It describes the class by distributions of the distances between points and of the descriptors
     at them. The job's result names it. The spectra of the examples are computed by all workers.
     """
-
-    def submit(order: RequestOrigin) -> JobRecord:
-        return service.queue.submit_with_spectra(_payload(asked, service), order)
-
-    return requested_job(service, asked, order, response, submit)
+    return order.job(asked, _payload)
 
 
 @router.get("", responses=responses(InvalidRequest), operation_id="list_prototypes")
@@ -81,17 +79,14 @@ def list_prototypes(
     "/{prototype}",
     response_model=Prototype,
     responses={
-        202: UPLOADS.validating,
+        202: PROTOTYPES.validating,
         **responses(PrototypeNotFound, PrototypeExpired, UnusablePrototype, InvalidRequest),
     },
     operation_id="get_prototype",
 )
 def get_prototype(prototype: PrototypeId, service: ServiceOf) -> Response:
     """Show a prototype."""
-    found = UPLOADS.find(service, prototype)
-    if found is None:
-        raise PROTOTYPES.missing(service, prototype)
-    return found
+    return PROTOTYPES.find(service, prototype)
 
 
 @router.delete(
@@ -116,12 +111,15 @@ def _payload(asked: PrototypeRequest, service: Service) -> PrototypePayload:
     few = [] if asked.correspondences else few_vertices(shapes, asked.points)
     wrong = few + _different_connectivity(asked, shapes) + _out_of_range(asked, shapes)
     check_shapes(asked, shapes, _REFUSED, wrong)
+    parameters = asked.parameters(PrototypeParameters)
+    if asked.correspondences and "points" not in asked.model_fields_set:
+        parameters = parameters.model_copy(update={"points": len(asked.correspondences[0])})
     return PrototypePayload(
         shapes=asked.shapes,
         reference=0 if asked.reference is None else asked.shapes.index(asked.reference),
         correspondences=asked.correspondences,
         name=asked.name.strip() or DEFAULT_NAME,
-        parameters=asked.parameters(),
+        parameters=parameters,
     )
 
 

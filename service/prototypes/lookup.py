@@ -6,19 +6,29 @@ from fastapi import Path
 
 from broker.contracts import PrototypeRecord
 from service.dependencies import Service
-from service.http import PrototypeExpired, PrototypeNotFound, UnknownPrototype
+from service.http import (
+    PrototypeDeleted,
+    PrototypeExpired,
+    PrototypeNotFound,
+    UnknownPrototype,
+)
 from service.names import ID_PATTERN
-from service.records import RecordKind
+from service.uploads import UploadKind
 
 PrototypeId = Annotated[str, Path(description="Id of the prototype.", pattern=ID_PATTERN)]
 
+LOCATION: Final = "/v1/prototypes"
+PATH: Final = "/v1/prototype-archives"
 
-PROTOTYPES: Final = RecordKind[PrototypeRecord](
+PROTOTYPES: Final = UploadKind[PrototypeRecord](
     "prototype",
     lambda store: store.prototypes,
     "learn it or upload it again",
     PrototypeNotFound,
     PrototypeExpired,
+    PrototypeDeleted,
+    path=PATH,
+    location=LOCATION,
 )
 
 

@@ -114,10 +114,3 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
             if len(set(vertices)) < len(vertices):
                 raise ValueError(f"Input should have each vertex once; list {place} repeats one")
         return given
-
-    def parameters(self) -> PrototypeParameters:
-        """Return the parameters of learning alone."""
-        values = {name: getattr(self, name) for name in PrototypeParameters.model_fields}
-        if self.correspondences is not None and "points" not in self.model_fields_set:
-            values["points"] = len(self.correspondences[0])
-        return PrototypeParameters.model_construct(**values)

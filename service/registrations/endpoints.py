@@ -2,18 +2,16 @@
 
 from typing import Final
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter
 
 from broker.contracts import (
     MOST_REGISTERED,
     FieldProblem,
-    JobRecord,
     MatchParameters,
     RegistrationPayload,
-    RequestOrigin,
 )
-from service.dependencies import Service, ServiceOf
-from service.jobs import Job, JobOrder, answers, requested_job
+from service.dependencies import Service
+from service.jobs import Job, JobOrderOf, answers
 from service.registrations.schemas import RegistrationRequest
 from service.shapes import refuse, repeated_shapes, shape_fields, use_shapes
 
@@ -23,9 +21,7 @@ router = APIRouter(prefix="/v1/registrations", tags=["registrations"])
 
 
 @router.post("", status_code=202, responses=answers(), operation_id="create_registration")
-def create_registration(
-    asked: RegistrationRequest, service: ServiceOf, order: JobOrder, response: Response
-) -> Job:
+def create_registration(asked: RegistrationRequest, order: JobOrderOf) -> Job:
     """Register a template to specimens, and compute the statistics of their shapes.
 
     The template is matched with each specimen, and its vertices and triangles are put on the
@@ -33,11 +29,7 @@ def create_registration(
     these the mean shape (`result.ply`) and the principal components follow (`result.npz`,
     `result.png`). A specimen that cannot be matched is named in the result, with the reason.
     """
-
-    def submit(order: RequestOrigin) -> JobRecord:
-        return service.queue.submit_with_spectra(_payload(asked, service), order)
-
-    return requested_job(service, asked, order, response, submit)
+    return order.job(asked, _payload)
 
 
 def _payload(asked: RegistrationRequest, service: Service) -> RegistrationPayload:

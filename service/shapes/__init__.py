@@ -1,7 +1,7 @@
 """Shapes: uploading, listing, fetching and deleting meshes; checks of the shapes of a job."""
 
 from service.shapes import endpoints, files
-from service.shapes.endpoints import PATH as SHAPES_PATH
+from service.shapes.lookup import PATH as SHAPES_PATH
 from service.shapes.lookup import use_shapes
 from service.shapes.requirements import (
     check_shapes,

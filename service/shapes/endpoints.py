@@ -1,52 +1,44 @@
 """``/v1/shapes``."""
 
-from typing import Annotated, BinaryIO, Final
+from typing import Annotated, BinaryIO
 
 from fastapi import APIRouter, File, Response, UploadFile
 
 from broker.contracts import (
     MESH_FORMATS,
-    ShapeRecord,
     ValidationPayload,
     file_type_of,
     shape_id,
 )
-from broker.store import Keys
 from broker.upkeep import evict_deleted
 from service.dependencies import ServiceOf
 from service.http import (
     Cursor,
     InvalidRequest,
     Limit,
-    ShapeDeleted,
     ShapeExpired,
     ShapeNotFound,
     UnusableMesh,
     page_of,
     responses,
 )
-from service.shapes.lookup import SHAPES, ShapeId
+from service.shapes.lookup import PATH, SHAPES, ShapeId
 from service.shapes.schemas import Shape, ShapePage
 from service.uploads import (
     KnownPartsOnce,
     UploadContextOf,
-    UploadKind,
     UploadName,
     name_and_type,
 )
 
-PATH: Final = "/v1/shapes"
-
 router = APIRouter(prefix=PATH, tags=["shapes"])
-
-_UPLOADS: Final = UploadKind[ShapeRecord](SHAPES, PATH, PATH, Keys.shape, ShapeDeleted)
 
 
 @router.post(
     "",
     status_code=201,
     response_model=Shape,
-    responses=_UPLOADS.answers(Shape, "The same bytes were uploaded before", UnusableMesh),
+    responses=SHAPES.answers(Shape, "The same bytes were uploaded before", UnusableMesh),
     operation_id="upload_shape",
     dependencies=[KnownPartsOnce],
 )
@@ -73,7 +65,7 @@ async def upload_shape(
     def describe(data: BinaryIO) -> ValidationPayload:
         return ValidationPayload(shape=shape_id(data), name=called, file_type=file_type)
 
-    return await _UPLOADS.receive(context, file, describe)
+    return await SHAPES.receive(context, file, describe)
 
 
 @router.get("", responses=responses(InvalidRequest), operation_id="list_shapes")
@@ -88,17 +80,14 @@ def list_shapes(service: ServiceOf, limit: Limit = 50, cursor: Cursor = None) ->
     "/{shape}",
     response_model=Shape,
     responses={
-        202: _UPLOADS.validating,
+        202: SHAPES.validating,
         **responses(ShapeNotFound, ShapeExpired, UnusableMesh, InvalidRequest),
     },
     operation_id="get_shape",
 )
 def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
     """Show a shape."""
-    found = _UPLOADS.find(service, shape)
-    if found is None:
-        raise SHAPES.missing(service, shape)
-    return found
+    return SHAPES.find(service, shape)
 
 
 @router.delete(

@@ -7,15 +7,23 @@ from fastapi import Path
 
 from broker.contracts import FieldProblem, ShapeRecord, is_prototype
 from service.dependencies import Service
-from service.http import ShapeExpired, ShapeNotFound, UnknownShape
+from service.http import ShapeDeleted, ShapeExpired, ShapeNotFound, UnknownShape
 from service.names import ID_PATTERN
-from service.records import RecordKind
+from service.uploads import UploadKind
 
 ShapeId = Annotated[str, Path(description="Id of the shape.", pattern=ID_PATTERN)]
 
+PATH: Final = "/v1/shapes"
 
-SHAPES: Final = RecordKind[ShapeRecord](
-    "shape", lambda store: store.shapes, "upload it again", ShapeNotFound, ShapeExpired
+SHAPES: Final = UploadKind[ShapeRecord](
+    "shape",
+    lambda store: store.shapes,
+    "upload it again",
+    ShapeNotFound,
+    ShapeExpired,
+    ShapeDeleted,
+    path=PATH,
+    location=PATH,
 )
 
 

@@ -11,7 +11,6 @@ from broker.contracts import (
     attribute_format_of,
     attributes_id,
 )
-from broker.store import Keys
 from service.dependencies import Service, ServiceOf
 from service.http import (
     AttributesDeleted,
@@ -23,7 +22,6 @@ from service.http import (
     responses,
 )
 from service.names import ID_PATTERN
-from service.records import RecordKind
 from service.transfers.schemas import Attributes
 from service.uploads import (
     KnownPartsOnce,
@@ -37,15 +35,15 @@ PATH: Final = "/v1/attributes"
 
 router = APIRouter(prefix=PATH, tags=["transfers"])
 
-_FILES: Final = RecordKind[AttributesRecord](
+_FILES: Final = UploadKind[AttributesRecord](
     "attribute file",
     lambda store: store.attributes,
     "upload it again",
     AttributesNotFound,
     AttributesExpired,
-)
-_UPLOADS: Final = UploadKind[AttributesRecord](
-    _FILES, PATH, PATH, Keys.attributes, AttributesDeleted
+    AttributesDeleted,
+    path=PATH,
+    location=PATH,
 )
 AttributesId = Annotated[str, Path(description="Id of the attribute file.", pattern=ID_PATTERN)]
 
@@ -54,9 +52,7 @@ AttributesId = Annotated[str, Path(description="Id of the attribute file.", patt
     "",
     status_code=201,
     response_model=Attributes,
-    responses=_UPLOADS.answers(
-        Attributes, "The same bytes were uploaded before", UnusableAttributes
-    ),
+    responses=_FILES.answers(Attributes, "The same bytes were uploaded before", UnusableAttributes),
     operation_id="upload_attributes",
     dependencies=[KnownPartsOnce],
 )
@@ -85,24 +81,21 @@ async def upload_attributes(
             attributes=attributes_id(data), name=called, file_type=file_type
         )
 
-    return await _UPLOADS.receive(context, file, describe)
+    return await _FILES.receive(context, file, describe)
 
 
 @router.get(
     "/{attributes}",
     response_model=Attributes,
     responses={
-        202: _UPLOADS.validating,
+        202: _FILES.validating,
         **responses(AttributesNotFound, AttributesExpired, UnusableAttributes, InvalidRequest),
     },
     operation_id="get_attributes",
 )
 def get_attributes(attributes: AttributesId, service: ServiceOf) -> Response:
     """Show what an attribute file has."""
-    found = _UPLOADS.find(service, attributes)
-    if found is None:
-        raise _FILES.missing(service, attributes)
-    return found
+    return _FILES.find(service, attributes)
 
 
 @router.delete(

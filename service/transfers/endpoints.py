@@ -2,9 +2,8 @@
 
 from fastapi import APIRouter, Response
 
-from broker.contracts import JobRecord, PicturePayload, RequestOrigin, TransferPayload
-from broker.queue import new_job
-from service.dependencies import CallContextOf, Service, ServiceOf
+from broker.contracts import PicturePayload, TransferPayload
+from service.dependencies import CallContextOf, Service
 from service.http import (
     AttributesDeleted,
     JobWithoutResult,
@@ -21,10 +20,9 @@ from service.jobs import (
     NEEDED,
     Job,
     JobId,
-    JobOrder,
+    JobOrderOf,
     answers,
     presented,
-    requested_job,
 )
 from service.transfers.requirements import (
     check_carried,
@@ -42,9 +40,7 @@ router = APIRouter(prefix="/v1/transfers", tags=["transfers"])
     responses=answers(UnknownAttributes, JobWithoutResult, ResultNotReady, ResultExpired),
     operation_id="create_transfer",
 )
-def create_transfer(
-    asked: TransferRequest, service: ServiceOf, order: JobOrder, response: Response
-) -> Job:
+def create_transfer(asked: TransferRequest, order: JobOrderOf) -> Job:
     """Transfer attributes of vertices or faces, or landmarks, between the two shapes of a match.
 
     The match is one with `dense`. A vertex takes the value at the point of the other shape that it
@@ -52,11 +48,7 @@ def create_transfer(
     partner have none. The values are `result.npz` of the job, and `result.csv`, `.ply`, `.obj` and
     `.glb`.
     """
-
-    def submit(order: RequestOrigin) -> JobRecord:
-        return service.queue.submit(new_job(_payload(asked, service), order), order.idempotency)
-
-    return requested_job(service, asked, order, response, submit)
+    return order.job(asked, _payload)
 
 
 @router.get(

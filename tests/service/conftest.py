@@ -98,7 +98,7 @@ def service_over(store: Store) -> Service:
     """What the endpoints of an API over this store work with."""
     settings = Settings()
     ends = Watcher(partial(have_ended, store.client))
-    return Service(settings, store, JobQueue(store, settings), ends)
+    return Service(settings, JobQueue(store, settings), ends)
 
 
 @pytest.fixture(scope="session")

@@ -23,7 +23,7 @@ from pydantic import ValidationError
 from redis.exceptions import ConnectionError as RedisConnectionError
 
 from broker.contracts import MatchParameters, MatchPayload
-from broker.queue import JobQueue, QueueSettings, new_job
+from broker.queue import JobQueue, QueueSettings
 from broker.store import ApiKeys, Keys, NameTaken, NoSuchKey, Store, connect
 from service import app
 from service.admin.__main__ import main
@@ -123,7 +123,7 @@ def test_keys_change_while_two_services_run(
         )["key"]
         noticed(services, {first: 401, second: 401, third: 200})
         queue = JobQueue(services[0].store.of("acme"), QueueSettings())
-        job = queue.submit(new_job(MatchPayload(source="a", target="b", parameters=PARAMETERS)))
+        job = queue.submit(MatchPayload(source="a", target="b", parameters=PARAMETERS))
         events, headers = f"/v1/jobs/{job.id}/events", {"Authorization": f"Bearer {third}"}
         with httpx2.stream("GET", services[0].url + events, headers=headers, timeout=60) as stream:
             lines = stream.iter_lines()

@@ -116,7 +116,7 @@ def _options() -> argparse.Namespace:
 
 
 def _warn_of_a_shared_cache(store: Store) -> None:
-    budget, wanted = store.spectra.budget(), store.spectra.settings.cache_bytes
+    budget, wanted = store.spectra.budget(), store.settings.cache_bytes
     if budget < wanted:
         log.warning(
             "the cache is in the Redis of the queue, which limits it (ISOMATCH_CACHE_URL)",

@@ -23,7 +23,7 @@ from broker.contracts import (
     RegistrationPayload,
     TimeSlicePayload,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import BUCKET_BOUNDS, DEFAULT_KEYS, Keys, NewerRecord
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, handle_lost_process, recover
 from broker.webhooks import WebhookSettings, dispatch
@@ -47,7 +47,7 @@ def kept(queue: JobQueue, job: str) -> dict[str, object]:
 
 def of_a_newer_version(queue: JobQueue, payload: Payload) -> str:
     """Queue a job with an unknown parameter."""
-    job = queue.submit(new_job(payload)).id
+    job = queue.submit(payload).id
     found = queue.store.client.hget(DEFAULT_KEYS.job(job), "record")
     assert found is not None
     document = json.loads(found)
@@ -79,7 +79,7 @@ LEARNED = PrototypePayload(
 def test_defaults_are_not_stored_and_are_read_back(
     queue: JobQueue, payload: Payload, given: set[str]
 ) -> None:
-    job = queue.submit(new_job(payload)).id
+    job = queue.submit(payload).id
     record = queue.store.jobs.get(job)
     assert record is not None
     assert record.payload == payload
@@ -98,7 +98,7 @@ def test_defaults_are_not_stored_and_are_read_back(
     ids=["dissimilarities", "consistent maps", "registration"],
 )
 def test_records_from_before_names_are_read(queue: JobQueue, payload: Payload) -> None:
-    key = DEFAULT_KEYS.job(queue.submit(new_job(payload)).id)
+    key = DEFAULT_KEYS.job(queue.submit(payload).id)
     found = queue.store.client.hget(key, "record")
     assert found is not None
     document = json.loads(found)
@@ -126,14 +126,14 @@ def test_an_unreadable_comparison_fails_with_the_reason(queue: JobQueue, damaged
     job = of_a_newer_version(queue, COMPARED)
     if damaged:
         queue.store.client.hset(DEFAULT_KEYS.job(job), "record", "{")
-    turn = queue.submit(new_job(TimeSlicePayload(job=job))).id
+    turn = queue.submit(TimeSlicePayload(job=job)).id
     Runner(queue, "runner").run(turn)
     assert queue.store.jobs.state(job) is JobState.FAILED
     assert queue.store.jobs.state(turn) is JobState.SUCCEEDED
 
 
 def test_a_damaged_job_fails(queue: JobQueue) -> None:
-    job = queue.submit(new_job(match())).id
+    job = queue.submit(match()).id
     queue.store.client.hset(DEFAULT_KEYS.job(job), "record", "{")
     Runner(queue, "runner").run(job)
     assert queue.store.jobs.state(job) is JobState.FAILED
@@ -144,7 +144,7 @@ def test_a_damaged_job_fails(queue: JobQueue) -> None:
     [("state", "paused"), ("delivery", '{"state": "paused"}'), ("error", '{"type": "novel"}')],
 )
 def test_an_unreadable_job_does_not_hide_others(queue: JobQueue, field: str, value: str) -> None:
-    unread, other = (queue.submit(new_job(match())).id for _ in range(2))
+    unread, other = (queue.submit(match()).id for _ in range(2))
     queue.store.client.hset(DEFAULT_KEYS.job(unread), field, value)
     with pytest.raises(NewerRecord):
         queue.store.jobs.get(unread)
@@ -163,7 +163,7 @@ def test_unknown_counters_are_ignored(queue: JobQueue) -> None:
 
 
 def test_upkeep_skips_unreadable_records(queue: JobQueue) -> None:
-    unread, other = of_a_newer_version(queue, match()), queue.submit(new_job(match())).id
+    unread, other = of_a_newer_version(queue, match()), queue.submit(match()).id
     queue.store.client.delete(queue.rq.current.key)
     for _ in range(2):
         recover(queue, replace(RecoveryTimeouts.of(5), unknown=timedelta(0)))
@@ -189,7 +189,7 @@ def test_a_lost_process_of_an_unreadable_job_does_not_stop_the_worker(queue: Job
 def test_an_unreadable_shape_fails_its_job(queue: JobQueue) -> None:
     drawn = of_a_newer_version(queue, match())
     queue.store.blobs.save(DEFAULT_KEYS.job_result(drawn), b"", 1000)
-    job = queue.submit(new_job(PicturePayload(job=drawn))).id
+    job = queue.submit(PicturePayload(job=drawn)).id
     Runner(queue, "runner").run(job)
     record = queue.store.jobs.get(job)
     assert record is not None

@@ -26,7 +26,7 @@ def maps(queue: JobQueue) -> JobRecord:
     """A queued job that needs the spectra of all shapes, which are queued before it."""
     for number in range(len(SHAPES)):
         accepted(queue.store, numbered(number))
-    return queue.submit_with_spectra(MAPS)
+    return queue.submit(MAPS)
 
 
 def waiting_spectra(queue: JobQueue) -> list[ActiveJob]:
@@ -40,13 +40,13 @@ def test_spectra_of_a_cancelled_job_are_withdrawn(queue: JobQueue, maps: JobReco
     assert waiting_spectra(queue) == []
     assert queue.rq.waiting() == 0
     # They are queued again for whoever needs them then.
-    queue.submit_with_spectra(MAPS)
+    queue.submit(MAPS)
     assert len(waiting_spectra(queue)) == 3
 
 
 def test_spectra_that_others_need_stay(queue: JobQueue, maps: JobRecord) -> None:
     match = MatchPayload(source=SHAPES[0], target=SHAPES[1], parameters=DENSE)
-    other = queue.submit_with_spectra(match)
+    other = queue.submit(match)
     queue.cancel(maps.id)
     assert queue.spectra_ahead(other) == len(waiting_spectra(queue)) == 2
     queue.cancel(other.id)
@@ -72,5 +72,5 @@ def test_a_spectrum_whose_job_is_gone_is_not_waited_for(
     else:
         queue.store.client.delete(DEFAULT_KEYS.job(gone))
     assert queue.spectra_ahead(maps) == len(waiting_spectra(queue)) == 2
-    queue.submit_with_spectra(MAPS)
+    queue.submit(MAPS)
     assert queue.spectra_ahead(maps) == len(waiting_spectra(queue)) == 3

@@ -28,18 +28,18 @@ def test_jobs_count_until_they_have_ended(store: Store) -> None:
     """Counted by the tenant, queued or running, whoever asks; the caller's own limit stays."""
     queue = JobQueue(store.of("small"), QueueSettings())
     queue.store.quotas.set(jobs=3)
-    jobs = [queue.submit(new_job(PAYLOAD)) for _ in range(3)]
+    jobs = [queue.submit(PAYLOAD) for _ in range(3)]
     assert queue.store.jobs.claim(jobs[0].id, "me")
     with pytest.raises(TooManyQueued) as refused:
-        queue.submit(new_job(PAYLOAD))
+        queue.submit(PAYLOAD)
     assert refused.value.of_tenant
     assert queue.store.jobs.succeed(jobs[0].id, "me", b"{}")
-    queue.submit(new_job(PAYLOAD))
+    queue.submit(PAYLOAD)
     assert queue.store.jobs.cancel(jobs[1].id) is JobState.CANCELLED
-    queue.submit(new_job(PAYLOAD))
+    queue.submit(PAYLOAD)
     with pytest.raises(TooManyQueued):
-        queue.submit(new_job(PAYLOAD))
-    JobQueue(store.of("other"), QueueSettings()).submit(new_job(PAYLOAD))
+        queue.submit(PAYLOAD)
+    JobQueue(store.of("other"), QueueSettings()).submit(PAYLOAD)
 
 
 def test_validations_count_until_they_have_ended(store: Store) -> None:
@@ -47,7 +47,7 @@ def test_validations_count_until_they_have_ended(store: Store) -> None:
     queue = JobQueue(store.of("small"), QueueSettings())
     jobs, held = queue.store.jobs, queue.store.keys.held
     queue.store.quotas.set(jobs=1)
-    queue.submit(new_job(PAYLOAD))
+    queue.submit(PAYLOAD)
 
     def end(job: str, how: str) -> None:
         if how == "cancelled":
@@ -75,7 +75,7 @@ def test_validations_count_until_they_have_ended(store: Store) -> None:
         refused(100)
         end(job, how)
     with pytest.raises(TooManyQueued) as error:
-        queue.submit(new_job(PAYLOAD))
+        queue.submit(PAYLOAD)
     assert not error.value.record.is_upload
 
 

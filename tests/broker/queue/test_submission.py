@@ -14,7 +14,7 @@ def test_a_spectrum_is_queued_once(queue: JobQueue) -> None:
     with ThreadPoolExecutor(THREADS) as threads:
         for source, target in pairs:
             match = MatchPayload(source=source, target=target, parameters=MatchParameters())
-            list(threads.map(queue.submit_with_spectra, [match] * THREADS))
+            list(threads.map(queue.submit, [match] * THREADS))
     queued = [one for one in queue.store.jobs.active() if one.kind is JobKind.SPECTRUM]
     assert len(queued) == 2 * len(pairs)
 

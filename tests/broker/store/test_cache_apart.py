@@ -109,7 +109,7 @@ def together(
 
 def test_a_cache_beside_the_queue_leaves_it_memory(together: tuple[Store, Redis]) -> None:
     store, cache = together
-    assert store.spectra.budget() == store.spectra.settings.cache_bytes
+    assert store.spectra.budget() == store.settings.cache_bytes
     limit(cache, 16 * MIB)
     names = [SpectrumKey(f"{number:032x}", 10) for number in range(32)]
     assert all(store.spectra.put(name, bytes(MIB)) for name in names)
@@ -235,7 +235,7 @@ def test_workers_have_a_timeout_for_the_cache(server: EmbeddedServer) -> None:
         redis_url=server.url, cache_url="redis://127.0.0.1:1", blob_url="file:///nowhere"
     )
     opened = Store.open(settings, retry_seconds=30.0)
-    options = opened.spectra.cache.connection_pool.connection_kwargs
+    options = opened.cache.connection_pool.connection_kwargs
     assert options["socket_timeout"] == CACHE_TIMEOUT
     assert RedisTimeoutError not in options["retry_on_error"]
     assert RedisTimeoutError in opened.client.connection_pool.connection_kwargs["retry_on_error"]
@@ -251,7 +251,7 @@ def test_matches_work_without_the_cache(
     payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
 
     def matched() -> JobRecord:
-        record = ended(queue, queue.submit_with_spectra(payload).id)
+        record = ended(queue, queue.submit(payload).id)
         assert record.state is JobState.SUCCEEDED, record
         return record
 

@@ -1,7 +1,7 @@
 """What calls cost Redis: commands and round trips that do not grow with what others keep."""
 
 from broker.contracts import JobState, MatchParameters, MatchPayload
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Store
 from tests.broker.store.test_store import accepted, numbered
 
@@ -34,8 +34,8 @@ def test_a_cancelled_job_reads_only_jobs_of_its_shapes(queue: JobQueue) -> None:
     mine = MatchPayload(source=shapes[0], target=shapes[1], parameters=PARAMETERS)
     others = MatchPayload(source=shapes[2], target=shapes[3], parameters=PARAMETERS)
     for _ in range(50):
-        queue.submit(new_job(others))
-    kept, cancelled = (queue.submit_with_spectra(mine) for _ in range(2))
+        queue.submit(others)
+    kept, cancelled = (queue.submit(mine) for _ in range(2))
     before = calls(store, "hgetall")
     queue.cancel(cancelled.id)
     assert calls(store, "hgetall") - before < 50

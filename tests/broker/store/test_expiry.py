@@ -2,8 +2,8 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from datetime import timedelta
+from functools import cached_property
 
 import pytest
 from redis.client import Pipeline
@@ -23,6 +23,7 @@ from broker.contracts import (
     PrototypeRecord,
     PrototypeStructures,
     PrototypeValidationPayload,
+    RequestOrigin,
     ShapeRecord,
     SpectrumKey,
     SpectrumPayload,
@@ -31,7 +32,7 @@ from broker.contracts import (
     Webhook,
     shape_id,
 )
-from broker.queue import JobQueue, QueueSettings, new_job
+from broker.queue import JobQueue, QueueSettings
 from broker.store import (
     DEFAULT_KEYS,
     BlobReference,
@@ -85,8 +86,7 @@ def prototype_record(name: str) -> PrototypeRecord:
 def ended_match(queue: JobQueue) -> JobRecord:
     """A match that has ended and whose webhook is not delivered."""
     match = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
-    record = new_job(match).model_copy(update={"webhook": RECEIVER})
-    queue.submit(record)
+    record = queue.submit(match, RequestOrigin(webhook=RECEIVER))
     assert queue.store.jobs.cancel(record.id) is JobState.CANCELLED
     return record
 
@@ -95,7 +95,7 @@ def compared(queue: JobQueue) -> JobRecord:
     payload = DissimilaritiesPayload(
         shapes=(SHAPE, "b" * 32), labels=None, parameters=DissimilarityParameters()
     )
-    return queue.submit(new_job(payload))
+    return queue.submit(payload)
 
 
 def lasting(store: Store) -> set[str]:
@@ -130,7 +130,7 @@ def test_cached_blobs_of_a_deleted_shape_are_dropped(queue: JobQueue, kind: str)
         job = f"{compared(queue).id}-1"
     else:
         payload = SpectrumPayload(shape=gone.shape, eigenpairs=10, largest_component=False)
-        job = queue.submit(new_job(payload)).id
+        job = queue.submit(payload).id
     # As if it had been put there after the shape was deleted.
     for key in (there, gone):
         assert store.spectra.put(key, b"spectrum")
@@ -143,7 +143,7 @@ def test_cached_blobs_of_a_deleted_prototype_are_dropped(queue: JobQueue) -> Non
     spectra, prototype = queue.store.spectra, "p-" + SHAPE
     put_shape(queue.store)
     match = MatchPayload(source=prototype, target=SHAPE, parameters=MatchParameters())
-    job = queue.submit(new_job(match)).id
+    job = queue.submit(match).id
     for name in (prototype, SHAPE):
         assert spectra.put(f"{name}:surface0", b"spectrum")
     Runner(queue, "runner").run(job)
@@ -228,9 +228,18 @@ class StoredTwice(Shapes):
             super().accept(record, upload, mesh, geometry, job_id)
 
 
+class StoringTwice(Store):
+    """A store of such shapes."""
+
+    @cached_property
+    def shapes(self) -> StoredTwice:
+        """Those shapes."""
+        return self._part(StoredTwice)
+
+
 def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
-    shapes = StoredTwice(store.client, store.shapes.settings, store.blobs, store.keys)
-    queue = JobQueue(replace(store, shapes=shapes), QueueSettings())
+    twice = StoringTwice.over(store.client, store.settings, retry_seconds=1)
+    queue = JobQueue(twice, QueueSettings())
     data = blob_file(1)
     payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")
     job = queue.submit_validation(payload, data)
@@ -311,7 +320,7 @@ def test_arrays_and_document_are_of_one_run(
     Runner(queue, "first").run(validation(queue, data))
     parameters = MatchParameters(points=8, eigenpairs=10, orientation=False)
     match = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
-    job, others = queue.submit(new_job(match)).id, ["second"]
+    job, others = queue.submit(match).id, ["second"]
 
     def stand_still(result: MatchResult) -> bytes:
         """Let another run be first."""

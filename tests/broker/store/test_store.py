@@ -6,6 +6,7 @@ import itertools
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -362,7 +363,7 @@ def test_equal_uploads_at_the_same_time_have_one_job(store: Store) -> None:
 
 
 def small_cache(store: Store, settings: WorkerSettings, **changes: int) -> Spectra:
-    return Spectra(store.client, store.client, settings.model_copy(update=changes), store.keys)
+    return replace(store.spectra, settings=settings.model_copy(update=changes))
 
 
 def test_the_cache_evicts_the_least_recently_used(store: Store, settings: WorkerSettings) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from broker.contracts import MatchParameters, MatchPayload
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import Keys
 from broker.upkeep import Upkeep, recover
 from broker.webhooks import INTERVAL, WebhookSettings, dispatch
@@ -47,7 +47,7 @@ def test_several_processes_do_a_task_once(
 def test_idle_tenants_cost_no_round_trips(queue: JobQueue) -> None:
     tenants = [queue.of(f"tenant{number}") for number in range(50)]
     for one in tenants:
-        one.cancel(one.submit(new_job(MATCH)).id)
+        one.cancel(one.submit(MATCH).id)
     upkeep, settings = Upkeep(queue, WebhookSettings()), WebhookSettings()
     collector = StoreCollector(queue)
     tasks: list[Callable[[], object]] = [

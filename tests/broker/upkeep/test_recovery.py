@@ -15,7 +15,7 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from broker.contracts import BatchPayload, JobState, MatchParameters, MatchPayload, shape_id
-from broker.queue import FairQueue, JobQueue, new_job
+from broker.queue import FairQueue, JobQueue
 from broker.store import DEFAULT_KEYS, Keys
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, Upkeep, recover
 from broker.webhooks import WebhookSettings
@@ -75,13 +75,13 @@ def test_one_process_recovers_at_a_time(queue: JobQueue) -> None:
 
 def test_a_damaged_record_does_not_end_recovery(queue: JobQueue) -> None:
     client, match = queue.store.client, MatchPayload(source="a", target="b", parameters=LONG)
-    damaged = queue.submit(new_job(match)).id
+    damaged = queue.submit(match).id
     client.hset(DEFAULT_KEYS.job(damaged), "record", "{")
-    batch = queue.submit_batch(
+    batch = queue.submit(
         BatchPayload(source="a", targets=("b",), target_names=(None,), parameters=LONG)
     )
     client.hset(DEFAULT_KEYS.job(f"{batch.id}-1"), "state", "damaged")
-    others = {queue.submit(new_job(match)).id, queue.of("acme").submit(new_job(match)).id}
+    others = {queue.submit(match).id, queue.of("acme").submit(match).id}
     client.delete(queue.rq.current.key)
     for _ in range(2):
         recover(queue, NOW)
@@ -92,7 +92,7 @@ def executing(queue: JobQueue) -> tuple[str, Execution]:
     """Queue a job and register its execution, as a worker does that dies at once."""
     queue = queue.of("acme")
     match = MatchPayload(source="a", target="b", parameters=LONG)
-    job = queue.submit(new_job(match)).id
+    job = queue.submit(match).id
     taken = Job.fetch(job, connection=queue.store.client, serializer=JSONSerializer)
     assert queue.rq.current.remove(taken)
     assert queue.store.jobs.claim(job, "gone")
@@ -202,7 +202,7 @@ def begun(queue: JobQueue, data: bytes) -> str:
     """Start a long match."""
     ended(queue, validation(queue, data))
     shape = shape_id(data)
-    job = queue.submit_with_spectra(MatchPayload(source=shape, target=shape, parameters=LONG))
+    job = queue.submit(MatchPayload(source=shape, target=shape, parameters=LONG))
     deadline = time.monotonic() + 240
     while time.monotonic() < deadline:
         record = queue.store.jobs.get(job.id)

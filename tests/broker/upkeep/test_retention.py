@@ -11,7 +11,7 @@ from broker.contracts import (
     PicturePayload,
     ValidationPayload,
 )
-from broker.queue import JobQueue, QueueSettings, new_job
+from broker.queue import JobQueue, QueueSettings
 from broker.store import DEFAULT_KEYS, Store, listings
 from broker.upkeep import Sweep
 from tests.worker.records import CREATED, shape_record
@@ -81,7 +81,7 @@ def test_expired_records_have_a_tombstone_and_deleted_ones_none(kept: Store) -> 
 
 def test_expired_jobs_have_a_tombstone(kept: Store) -> None:
     queue = JobQueue(kept, QueueSettings())
-    job = queue.submit(new_job(MATCH)).id
+    job = queue.submit(MATCH).id
     kept.jobs.claim(job, "me")
     kept.jobs.succeed(job, "me")
     assert TTL - 100 <= kept.client.ttl(DEFAULT_KEYS.job(job)) <= TTL
@@ -95,7 +95,7 @@ def test_expired_jobs_have_a_tombstone(kept: Store) -> None:
 @pytest.mark.parametrize("way", ["done", "cancelled", "lost"])
 def test_jobs_that_serve_others_are_forgotten_soon(store: Store, way: str) -> None:
     queue = JobQueue(store, QueueSettings())
-    job = queue.submit(new_job(PicturePayload(job="x"))).id
+    job = queue.submit(PicturePayload(job="x")).id
     store.jobs.claim(job, "me")
     match way:
         case "done":
@@ -114,7 +114,7 @@ def test_jobs_that_serve_others_are_forgotten_soon(store: Store, way: str) -> No
 @pytest.mark.parametrize("way", ["done", "cancelled", "lost"])
 def test_the_tombstone_of_a_job_outlives_it_however_long_it_took(kept: Store, way: str) -> None:
     queue = JobQueue(kept, QueueSettings())
-    job = queue.submit(new_job(MATCH)).id
+    job = queue.submit(MATCH).id
     kept.jobs.claim(job, "me")
     kept.client.delete(DEFAULT_KEYS.job_tombstone(job))
     match way:
@@ -132,7 +132,7 @@ def test_expired_entries_leave_the_listings(kept: Store, monkeypatch: pytest.Mon
     monkeypatch.setattr(listings, "SWEEP_COUNT", 10)
     queue = JobQueue(kept, QueueSettings(max_queued_jobs=0))
     payload = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
-    jobs = [queue.submit(new_job(payload)).id for _ in range(300)]
+    jobs = [queue.submit(payload).id for _ in range(300)]
     put_shape(kept, "b" * 32)
     gone = jobs[::2]
     kept.client.delete(*map(DEFAULT_KEYS.job, gone), *PARTS)

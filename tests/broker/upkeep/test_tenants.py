@@ -13,7 +13,7 @@ from broker.contracts import (
     SpectrumKey,
     Webhook,
 )
-from broker.queue import JobQueue, new_job, tenant_of
+from broker.queue import JobQueue, tenant_of
 from broker.upkeep import (
     RecoveryTimeouts,
     Sweep,
@@ -50,9 +50,9 @@ def lose(queue: JobQueue) -> None:
 def test_jobs_carry_their_tenant_and_are_recovered_with_it(queue: JobQueue) -> None:
     acme = queue.of("acme")
     jobs = {
-        acme.submit(new_job(MATCH)).id: "acme",
+        acme.submit(MATCH).id: "acme",
         validation(acme, blob_file(1)): "acme",
-        queue.submit(new_job(MATCH)).id: "default",
+        queue.submit(MATCH).id: "default",
     }
     assert waiting(queue) == jobs
     for one in acme.store.jobs.active():
@@ -66,7 +66,7 @@ def test_jobs_carry_their_tenant_and_are_recovered_with_it(queue: JobQueue) -> N
 
 
 def test_a_killed_job_is_its_tenants(queue: JobQueue) -> None:
-    job_id = queue.of("acme").submit(new_job(MATCH)).id
+    job_id = queue.of("acme").submit(MATCH).id
     own = queue.store.of("acme").jobs
     job = Job.fetch(job_id, connection=queue.store.client, serializer=JSONSerializer)
     assert own.claim(job_id, "me")
@@ -78,7 +78,7 @@ def test_a_killed_job_is_its_tenants(queue: JobQueue) -> None:
 
 
 def test_a_late_process_leaves_a_job_to_its_new_worker(queue: JobQueue) -> None:
-    job_id = queue.submit(new_job(MATCH)).id
+    job_id = queue.submit(MATCH).id
     jobs = queue.store.jobs
     job = Job.fetch(job_id, connection=queue.store.client, serializer=JSONSerializer)
     assert jobs.claim(job_id, "old")
@@ -92,7 +92,7 @@ def test_a_late_process_leaves_a_job_to_its_new_worker(queue: JobQueue) -> None:
 def test_webhooks_of_a_tenant_are_delivered_by_its_jobs(queue: JobQueue) -> None:
     acme = queue.of("acme")
     webhook = Webhook(url="https://example.org/", secret="16 letters or more")
-    job = acme.submit(new_job(MATCH, RequestOrigin("r", None, webhook=webhook))).id
+    job = acme.submit(MATCH, RequestOrigin("r", None, webhook=webhook)).id
     acme.cancel(job)
     dispatch(queue, WebhookSettings())
     (delivery,) = waiting(queue)
@@ -103,7 +103,7 @@ def test_webhooks_of_a_tenant_are_delivered_by_its_jobs(queue: JobQueue) -> None
 
 def test_listings_of_all_tenants_are_swept(queue: JobQueue) -> None:
     own = queue.of("acme")
-    job = own.submit(new_job(MATCH)).id
+    job = own.submit(MATCH).id
     queue.store.client.delete(own.store.keys.job(job))
     for _ in range(20):
         Sweep(queue.store).step()
@@ -115,7 +115,7 @@ def test_cached_blobs_stay_while_a_tenant_has_the_shape(queue: JobQueue) -> None
     tenants = [store.of(name) for name in ("acme", "globex", "default")]
     for own in tenants:
         own.client.set(own.keys.shape(SHAPE), shape_record(SHAPE).model_dump_json())
-        JobQueue(own, queue.settings).submit(new_job(MATCH))
+        JobQueue(own, queue.settings).submit(MATCH)
     assert tenants[0].spectra.put(key, b"spectrum")
     # It is there for all, and known to those that have used it.
     assert [own.spectra.known([key])[0] for own in tenants] == [True, False, False]

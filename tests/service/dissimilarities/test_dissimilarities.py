@@ -20,7 +20,6 @@ from broker.contracts import (
     DissimilarityResult,
     JobState,
 )
-from broker.queue import new_job
 from broker.store import DEFAULT_KEYS
 from service.dissimilarities.endpoints import known_so_far
 from service.dissimilarities.partial import (
@@ -246,7 +245,7 @@ def test_partial_dissimilarities_when_the_job_ends_meanwhile(server: EmbeddedSer
         payload = DissimilaritiesPayload(
             shapes=("a", "b"), labels=None, parameters=DissimilarityParameters()
         )
-        job = service.queue.submit(new_job(payload)).id
+        job = service.queue.submit(payload).id
         assert store.jobs.claim(job, job)
         results = {STRUCTURES: b"signature", PAIRS: struct.pack("<d", 2.0)}
         for before, stage in (("", STRUCTURES), (STRUCTURES, PAIRS)):

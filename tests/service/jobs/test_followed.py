@@ -16,7 +16,7 @@ from broker.contracts import (
     ProblemType,
     Progress,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import have_ended
 from service.jobs import FollowedJobs
 from service.settings import Settings
@@ -32,7 +32,7 @@ def queue(server: EmbeddedServer) -> Iterator[JobQueue]:
 
 def match(queue: JobQueue, source: str = "a") -> str:
     payload = MatchPayload(source=source, target="b", parameters=MatchParameters())
-    return queue.submit(new_job(payload)).id
+    return queue.submit(payload).id
 
 
 def batch_of(count: int) -> BatchPayload:
@@ -109,13 +109,12 @@ def test_the_place_in_the_queue_shows(queue: JobQueue) -> None:
 
 
 def test_a_match_that_its_batch_has_not_queued_yet_is_shown(queue: JobQueue) -> None:
-    batch = queue.submit_batch(batch_of(6)).id
+    batch = queue.submit(batch_of(6)).id
     waiting = f"{batch}-5"
     (event,) = FollowedJobs(queue)([("default", waiting)])
     assert event is not None
     assert json.loads(event.data)["state"] == "queued"
-    keys, client = queue.store.keys, queue.store.client
-    asked = [(keys.job(waiting), keys.job(batch)), (keys.job(waiting), None)]
+    client, asked = queue.store.client, [("default", waiting, batch), ("default", waiting, None)]
     assert have_ended(client, asked) == [False, True]
     queue.cancel(batch)
     assert have_ended(client, asked) == [True, True]
@@ -125,13 +124,13 @@ def test_a_match_that_its_batch_has_not_queued_yet_is_shown(queue: JobQueue) -> 
 def test_a_running_job_without_a_running_part_waits(queue: JobQueue, kind: str) -> None:
     jobs, follow = queue.store.jobs, FollowedJobs(queue)
     if kind == "batch":
-        job = queue.submit_batch(batch_of(2)).id
+        job = queue.submit(batch_of(2)).id
         part = f"{job}-1"
     else:
         comparison = DissimilaritiesPayload(
             shapes=("a", "b"), labels=None, parameters=DissimilarityParameters()
         )
-        job = queue.submit(new_job(comparison)).id
+        job = queue.submit(comparison).id
         (part,) = queue.store.chunks.time_slices(job)
 
     def waits_for() -> str | None:

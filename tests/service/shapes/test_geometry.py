@@ -3,15 +3,14 @@
 import gzip
 import struct
 from collections.abc import Callable
-from dataclasses import replace
+from functools import cached_property
 from typing import BinaryIO
 
 import httpx2
 import pytest
 
-from broker.store import DEFAULT_KEYS, Shapes
+from broker.store import DEFAULT_KEYS, Shapes, Store
 from service.http import ShapeNotFound
-from service.settings import Settings
 from service.shapes.files import get_geometry
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes, service_over
@@ -75,12 +74,18 @@ class DeletedMeanwhile(Shapes):
         return super().open_geometry(shape_id)
 
 
+class DeletingStore(Store):
+    """A store of such shapes."""
+
+    @cached_property
+    def shapes(self) -> DeletedMeanwhile:
+        """Those shapes."""
+        return self._part(DeletedMeanwhile)
+
+
 def test_a_shape_that_is_deleted_meanwhile_is_not_there(server: EmbeddedServer) -> None:
     with idle_api(server) as api:
         name, _ = put_shapes(api)
-        settings = Settings()
-        kept = api.store
-        shapes = DeletedMeanwhile(kept.client, settings, kept.blobs, kept.keys)
-        store = replace(kept, shapes=shapes)
+        store = DeletingStore.over(api.store.client, api.store.settings, retry_seconds=1)
         with pytest.raises(ShapeNotFound):
             get_geometry(name, service_over(store))

@@ -62,7 +62,7 @@ def test_a_match_that_kills_its_processes_fails_and_the_batch_goes_on(
 ) -> None:
     shape, other = upload(blob_file(4)), upload(blob_file(2))
     lasting = MatchParameters(points=100, alternatives=32, coarse_points=10)
-    batch = served.submit_batch(of(shape, [shape, other], lasting))
+    batch = served.submit(of(shape, [shape, other], lasting))
     struck = 0
     for _ in range(2):
         deadline = time.monotonic() + 240
@@ -85,7 +85,7 @@ def test_a_match_that_kills_its_processes_fails_and_the_batch_goes_on(
 
 
 def test_as_many_matches_are_queued_as_there_are_workers(queue: JobQueue) -> None:
-    batch = queue.submit_batch(of("a", ["b", "c", "d"], MatchParameters()))
+    batch = queue.submit(of("a", ["b", "c", "d"], MatchParameters()))
     for _ in range(3):  # none: one match waits
         queue.batches.advance(batch.id)
         recover(queue, NOW)
@@ -93,7 +93,7 @@ def test_as_many_matches_are_queued_as_there_are_workers(queue: JobQueue) -> Non
 
 
 def test_a_batch_says_that_it_has_begun(queue: JobQueue) -> None:
-    batch = queue.submit_batch(of("a", ["b", "c"], MatchParameters()))
+    batch = queue.submit(of("a", ["b", "c"], MatchParameters()))
     assert queue.batches.begin(batch.id)
     record = queue.store.jobs.get(batch.id)
     assert record is not None
@@ -106,7 +106,7 @@ def test_a_batch_says_that_it_has_begun(queue: JobQueue) -> None:
 def test_recovery_goes_on_with_a_batch_that_everybody_left(queue: JobQueue) -> None:
     jobs, client = queue.store.jobs, queue.store.client
     # The process that submitted it died at once, and so did each that ended a match.
-    batch = queue.submit(new_job(of("a", ["b", "c"], MatchParameters())))
+    batch = queue.submit(of("a", ["b", "c"], MatchParameters()))
     reason = Problem.of(ProblemType.WORKER_LOST, "It is lost.")
     for place in (1, 2):
         assert queued(queue) == [f"{batch.id}-{place}"]
@@ -137,7 +137,7 @@ def test_a_match_of_a_cancelled_batch_does_not_begin(served: JobQueue) -> None:
 
 
 def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) -> None:
-    batch = queue.submit_batch(of("a", ["b"] * 12, MatchParameters()))
+    batch = queue.submit(of("a", ["b"] * 12, MatchParameters()))
     over = threading.Event()
 
     def progress() -> None:
@@ -165,7 +165,7 @@ def test_the_progress_of_a_batch_never_decreases(
     queue: JobQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     store, states = queue.store, Batches._states
-    batch = queue.submit_batch(of("a", ["b"] * 4, MatchParameters()))
+    batch = queue.submit(of("a", ["b"] * 4, MatchParameters()))
     assert queue.batches.begin(batch.id)
     waiting = [f"{batch.id}-{place}" for place in range(1, 4)]
 
@@ -192,7 +192,7 @@ def test_a_batch_ends_once_though_several_notice_its_end(queue: JobQueue) -> Non
     store, batches = queue.store, 5
     with ThreadPoolExecutor(4) as threads:
         for _ in range(batches):
-            batch = queue.submit_batch(of("a", ["b"], MatchParameters()))
+            batch = queue.submit(of("a", ["b"], MatchParameters()))
             match = f"{batch.id}-1"
             assert store.jobs.claim(match, "me")
             assert queue.batches.begin(batch.id)
@@ -204,6 +204,6 @@ def test_a_batch_ends_once_though_several_notice_its_end(queue: JobQueue) -> Non
 
 
 def test_the_batch_counts_once_towards_the_quota(queue: JobQueue) -> None:
-    queue.submit_batch(of("a", ["b", "c", "d"], MatchParameters()))
+    queue.submit(of("a", ["b", "c", "d"], MatchParameters()))
     (key,) = queue.store.client.keys("isomatch:queued:*")
     assert queue.store.client.zcard(key) == 1

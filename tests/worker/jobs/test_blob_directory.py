@@ -27,7 +27,7 @@ def test_a_directory_that_is_away_is_waited_for(queue: JobQueue, settings: Worke
         queue.store.blobs.check_owner()
         elsewhere = root.rename(root.with_name("elsewhere"))
         root.mkdir()  # an empty mount point
-        job = queue.submit_with_spectra(match).id
+        job = queue.submit(match).id
         time.sleep(AWAY)
         root.rmdir()
         elsewhere.rename(root)

@@ -17,7 +17,7 @@ from broker.contracts import (
     RegistrationPayload,
     shape_id,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
 from tests.worker.families import family
 from tests.workers import validation
@@ -34,7 +34,7 @@ def uploaded(queue: JobQueue, files: list[bytes]) -> tuple[str, ...]:
 
 def failure(queue: JobQueue, payload: Payload, **limits: int) -> Problem:
     """Why a job fails, with other limits."""
-    job = queue.submit(new_job(payload)).id
+    job = queue.submit(payload).id
     settings = queue.settings.model_copy(update=limits)
     Runner(JobQueue(queue.store, settings), "runner").run(job)
     record = queue.store.jobs.get(job)
@@ -98,7 +98,7 @@ def test_shapes_that_cannot_be_loaded_are_named(queue: JobQueue, kind: type) -> 
         payload = RegistrationPayload(
             template=first, shapes=(second, lost, greedy), scale=True, parameters=parameters
         )
-    job = queue.submit(new_job(payload)).id
+    job = queue.submit(payload).id
     Runner(queue, "runner").run(job)
     packed = queue.store.results.document(job)
     assert packed is not None, queue.store.jobs.get(job)

@@ -19,7 +19,7 @@ from broker.contracts import (
     Payload,
     PicturePayload,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
 from solver.arrays import FloatArray
 from solver.mesh import read_mesh
@@ -198,7 +198,7 @@ def test_a_comparison_of_a_deleted_shape_fails_with_the_reason(
 def test_the_work_is_shared(served: JobQueue) -> None:
     hard = DissimilarityParameters(points=10)
     payload = imagined(served.store, 40, hard, seed=2)
-    job = served.submit(new_job(payload))
+    job = served.submit(payload)
     time_slices: set[str] = set()
     while not (record := served.store.jobs.get(job.id)) or not record.state.ended:
         time_slices |= set(served.store.chunks.time_slices(job.id))

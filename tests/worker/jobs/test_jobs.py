@@ -22,7 +22,7 @@ from broker.contracts import (
     ValidationPayload,
     shape_id,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh
 from tests.worker.figures import blob, blob_file, off, two_blobs_file
@@ -98,7 +98,7 @@ def test_a_second_match_computes_no_spectrum(served: JobQueue, run: Run, upload:
     assert spectra.counts().computed == first.computed + 2
     fewer, many = (QUICK.model_copy(update={"simplify": count}) for count in (200, 642))
     for parameters in (fewer, fewer, many):
-        record = ended(served, served.submit_with_spectra(matching(source, target, parameters)).id)
+        record = ended(served, served.submit(matching(source, target, parameters)).id)
         assert record.state is JobState.SUCCEEDED, record.error
     # A shape that has no more vertices is not simplified.
     assert spectra.counts().computed == first.computed + 4
@@ -108,9 +108,9 @@ def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, uploa
     shape = upload(blob_file(4, seed=107))  # of no other test, whose spectra are kept
     before = served.store.spectra.counts()
     payload = SpectrumPayload(shape=shape, eigenpairs=100, largest_component=False, file_type="off")
-    jobs = [served.submit(new_job(payload)) for _ in range(2)]
+    jobs = [served.submit(payload) for _ in range(2)]
     parameters = MatchParameters(points=8)
-    jobs += [served.submit_with_spectra(matching(shape, shape, parameters)) for _ in range(2)]
+    jobs += [served.submit(matching(shape, shape, parameters)) for _ in range(2)]
     for job in jobs:
         assert ended(served, job.id).state is JobState.SUCCEEDED
     assert served.store.spectra.counts().computed == before.computed + 1
@@ -122,17 +122,17 @@ def test_a_match_without_spectral_structures_computes_no_spectrum(
     before = served.store.spectra.counts()
     shape = upload(blob_file(2, seed=4))
     parameters = MatchParameters(points=8, metric="geodesic", descriptor="none", orientation=False)
-    record = ended(served, served.submit_with_spectra(matching(shape, shape, parameters)).id)
+    record = ended(served, served.submit(matching(shape, shape, parameters)).id)
     assert record.state is JobState.SUCCEEDED, record.error
     assert served.store.spectra.counts() == before
 
 
 def test_several_components(served: JobQueue, run: Run, upload: Upload) -> None:
     shape = upload(two_blobs_file())
-    whole = ended(served, served.submit_with_spectra(matching(shape, shape)).id)
+    whole = ended(served, served.submit(matching(shape, shape)).id)
     assert whole.state is JobState.SUCCEEDED, whole.error
     largest = QUICK.model_copy(update={"largest_component": True})
-    record = ended(served, served.submit_with_spectra(matching(shape, shape, largest)).id)
+    record = ended(served, served.submit(matching(shape, shape, largest)).id)
     assert record.state is JobState.SUCCEEDED, record.error
 
 
@@ -197,7 +197,7 @@ def horse_of(served: JobQueue, job_id: str) -> int:
 
 
 def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
-    job = served.submit_with_spectra(slow(upload(blob_file(4))))
+    job = served.submit(slow(upload(blob_file(4))))
     horse = horse_of(served, job.id)
     assert served.store.jobs.cancel(job.id) is JobState.RUNNING
     record = ended(served, job.id)
@@ -211,7 +211,7 @@ def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
 def test_a_job_whose_process_is_killed_is_repeated_once_then_fails(
     served: JobQueue, upload: Upload
 ) -> None:
-    job = served.submit_with_spectra(slow(upload(blob_file(4))))
+    job = served.submit(slow(upload(blob_file(4))))
     first = horse_of(served, job.id)
     os.kill(first, signal.SIGKILL)
     deadline = time.monotonic() + 240
@@ -230,7 +230,7 @@ def test_a_job_succeeds_after_its_process_was_killed_once(
     served: JobQueue, run: Run, upload: Upload
 ) -> None:
     shape = upload(blob_file(4))
-    job = served.submit_with_spectra(matching(shape, shape, MatchParameters(points=256)))
+    job = served.submit(matching(shape, shape, MatchParameters(points=256)))
     os.kill(horse_of(served, job.id), signal.SIGKILL)
     record = ended(served, job.id)
     assert record.state is JobState.SUCCEEDED, record.error

@@ -23,7 +23,7 @@ from broker.contracts import (
     prototype_id,
     shape_id,
 )
-from broker.queue import JobQueue, QueueSettings, new_job
+from broker.queue import JobQueue, QueueSettings
 from broker.store import Store
 from solver.arrays import npz_bytes
 from tests.worker.families import family
@@ -142,7 +142,7 @@ def test_a_job_beyond_the_memory_limit_fails_alone(queue: JobQueue) -> None:
         # The eigenfunctions alone are 25 MB, and are not all that is needed.
         parameters = MatchParameters(eigenpairs=300)
         payload = MatchPayload(source=shape, target=shape, parameters=parameters)
-        refused = ended(queue, queue.submit_with_spectra(payload).id)
+        refused = ended(queue, queue.submit(payload).id)
         failed(refused, "out-of-memory")
         assert refused.error is not None
         assert "10242 vertices" in refused.error.detail
@@ -166,7 +166,7 @@ def test_a_shape_beyond_the_memory_limit_is_left_out_of_a_collection(queue: JobQ
         for data in files:
             assert ended(queue, validation(queue, data)).state is JobState.SUCCEEDED
         for reported, payload in payloads.items():
-            record = ended(queue, queue.submit(new_job(payload)).id)
+            record = ended(queue, queue.submit(payload).id)
             assert record.state is JobState.SUCCEEDED, record.error
             packed = queue.store.results.document(record.id)
             assert packed is not None
@@ -183,7 +183,7 @@ def test_a_job_beyond_the_time_limit_fails_alone(store: Store) -> None:
     with worker(queue):
         ended(queue, validation(queue, data))
         payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=LONG)
-        failed(ended(queue, queue.submit_with_spectra(payload).id), "timed-out")
+        failed(ended(queue, queue.submit(payload).id), "timed-out")
         assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED
 
 
@@ -241,5 +241,5 @@ def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSet
     assert apart.spectra.lock(key, "me", 1.0)
     assert not store.spectra.has(key)
     assert store.spectra.locked(key)
-    apart.spectra.cache.flushdb()
+    apart.cache.flushdb()
     apart.close()

@@ -32,14 +32,14 @@ def test_a_match_in_object_storage(object_server: ObjectServer, settings: Worker
     with queue_of(object_server, settings, 60.0) as queue, worker(queue):
         assert ended(queue, validation(queue, data)).state is JobState.SUCCEEDED
         match = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=QUICK)
-        found = ended(queue, queue.submit_with_spectra(match).id)
+        found = ended(queue, queue.submit(match).id)
         assert found.state is JobState.SUCCEEDED, found.error
         assert queue.store.results.document(found.id)
         assert queue.store.results.arrays(found.id)
         assert queue.store.shapes.upload(shape_id(data)) == data
         # A job that begins while the server is away ends when it has come back.
         object_server.kill()
-        job = queue.submit_with_spectra(match).id
+        job = queue.submit(match).id
         until_running(queue, job)
         object_server.start()
         assert ended(queue, job).state is JobState.SUCCEEDED
@@ -64,12 +64,12 @@ def test_a_job_says_that_object_storage_was_away(
         match = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=QUICK)
         object_server.kill()
         try:
-            record = ended(queue, queue.submit_with_spectra(match).id)
+            record = ended(queue, queue.submit(match).id)
         finally:
             object_server.start()
         assert record.state is JobState.FAILED
         assert record.error is not None
         assert (record.error.slug, record.error.status) == ("store-away", 503)
         # The worker lives, and what is asked for again is done.
-        again = ended(queue, queue.submit_with_spectra(match).id)
+        again = ended(queue, queue.submit(match).id)
         assert again.state is JobState.SUCCEEDED

@@ -26,8 +26,10 @@ class Contended(Spectra):
 def test_what_cannot_be_cached_is_waited_for_once(
     store: Store, cache_bytes: int, kept: bool
 ) -> None:
-    settings = store.spectra.settings.model_copy(update={"cache_bytes": cache_bytes})
-    spectra = Contended(store.spectra.cache, store.spectra.client, settings, store.keys)
+    settings = store.settings.model_copy(update={"cache_bytes": cache_bytes})
+    spectra = Contended(
+        store.client, store.cache, store.blobs, settings, store.keys, store.durability
+    )
     deadline = time.monotonic() + 20.0
     waiting = Control(is_cancelled=lambda: time.monotonic() > deadline)
     mesh = shapes.icosphere(1)

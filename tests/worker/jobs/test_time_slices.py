@@ -25,7 +25,7 @@ from broker.contracts import (
     MatchPayload,
     Problem,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Jobs, Store
 from broker.upkeep import RecoveryTimeouts, handle_lost_process, recover, store_away
 from service.standalone import EmbeddedServer
@@ -67,7 +67,7 @@ MANY = 200
 def begun(queue: JobQueue, seed: int, shapes: int = SHAPES) -> "Watched":
     """Submit a comparison, and wait until some of its pairs are compared."""
     payload = imagined(queue.store, shapes, HARD, seed)
-    watched = Watched(queue, queue.submit(new_job(payload)), payload)
+    watched = Watched(queue, queue.submit(payload), payload)
     until(lambda: watched.look() or len(watched.chunks) >= 2)
     assert not watched.ended, "there are too few pairs"
     return watched
@@ -160,7 +160,7 @@ def test_other_jobs_do_not_wait_for_a_large_comparison(served: JobQueue, upload:
     matching = MatchPayload(source=shape, target=shape, parameters=quick)
     watched = begun(served, seed=10)
     while not watched.look():
-        record = ended(served, served.submit_with_spectra(matching).id)
+        record = ended(served, served.submit(matching).id)
         assert record.state is JobState.SUCCEEDED
         assert record.started is not None
         # A time slice ends within about a second once another job waits.
@@ -212,7 +212,7 @@ def test_a_cancelled_comparison_ends_at_once(served: JobQueue) -> None:
 def test_a_comparison_that_is_cancelled_at_its_end_leaves_no_arrays(
     queue: JobQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    store, job = queue.store, queue.submit(new_job(imagined(queue.store, 4, HARD))).id
+    store, job = queue.store, queue.submit(imagined(queue.store, 4, HARD)).id
 
     def cancelled(*_: object) -> bytes:
         queue.cancel(job)
@@ -227,7 +227,7 @@ def test_a_comparison_that_is_cancelled_at_its_end_leaves_no_arrays(
 def test_a_time_slice_that_was_given_up_fails_no_comparison(
     queue: JobQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    jobs, job = queue.store.jobs, queue.submit(new_job(imagined(queue.store, 4, HARD))).id
+    jobs, job = queue.store.jobs, queue.submit(imagined(queue.store, 4, HARD)).id
     time_slice = f"{job}-1"
 
     def stand_still(*_: object) -> bytes:
@@ -244,7 +244,7 @@ def test_a_time_slice_that_was_given_up_fails_no_comparison(
 def test_a_time_slice_that_fails_its_comparison_has_ended(
     queue: JobQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    jobs, job = queue.store.jobs, queue.submit(new_job(imagined(queue.store, 4, HARD))).id
+    jobs, job = queue.store.jobs, queue.submit(imagined(queue.store, 4, HARD)).id
     time_slice, fail, states = f"{job}-1", Jobs.fail, []
 
     def time_out(*_: object) -> bytes:
@@ -276,7 +276,7 @@ def test_a_killed_worker_loses_no_finished_chunk(queue: JobQueue) -> None:
 
 
 def test_a_comparison_whose_time_slices_are_lost_gets_another(queue: JobQueue) -> None:
-    job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
+    job = queue.submit(imagined(queue.store, 4, HARD))
     client = queue.store.client
     for _ in range(2):
         recover(queue, NOW)
@@ -292,7 +292,7 @@ def test_a_comparison_whose_time_slices_are_lost_gets_another(queue: JobQueue) -
 
 def test_an_ended_time_slice_that_counts_as_abandoned_does_no_harm(queue: JobQueue) -> None:
     jobs = queue.store.jobs
-    job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
+    job = queue.submit(imagined(queue.store, 4, HARD))
     time_slice = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
     assert jobs.claim(time_slice.id, "runner")
     assert jobs.succeed(time_slice.id, "runner")

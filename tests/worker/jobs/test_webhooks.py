@@ -32,7 +32,7 @@ from broker.contracts import (
     SpectrumPayload,
     Webhook,
 )
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
 from broker.store.webhooks import LEASE
 from broker.webhooks import WebhookSettings, dispatch, retry_delay
@@ -70,7 +70,7 @@ def asked(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
     """Queue a match with a webhook."""
     payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
     order = RequestOrigin("the-request", "alice", webhook=Webhook(url=url, secret=secret))
-    return queue.submit(new_job(payload, order)).id
+    return queue.submit(payload, order).id
 
 
 def ended(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
@@ -193,12 +193,12 @@ def test_only_ended_jobs_with_a_webhook_are_delivered(queue: JobQueue, receiver:
     queue.store.jobs.claim(job, "me")
     queue.store.jobs.lose(job, 5, LOST)
     payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
-    other = queue.submit(new_job(payload)).id
+    other = queue.submit(payload).id
     queue.store.jobs.cancel(other)
     # What only serves the job that was asked for ends for itself.
     order = RequestOrigin(webhook=Webhook(url=here(receiver)))
     spectrum = SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)
-    queue.store.jobs.cancel(queue.submit(new_job(spectrum, order)).id)
+    queue.store.jobs.cancel(queue.submit(spectrum, order).id)
     assert pending(queue) == 0
     assert told(queue, job).state is JobState.QUEUED
 

@@ -8,7 +8,7 @@ from rq.serializers import JSONSerializer
 
 from broker.blobs import BlobsAway
 from broker.contracts import JobState, MatchParameters, MatchPayload
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.upkeep import LOSSES_WITH_WORKER
 from worker.process.process import new_worker
 
@@ -17,9 +17,7 @@ from worker.process.process import new_worker
 def test_a_job_that_the_store_fails_too_often_says_so(
     queue: JobQueue, error: type[RedisError | BlobsAway]
 ) -> None:
-    job = queue.submit(
-        new_job(MatchPayload(source="a", target="b", parameters=MatchParameters()))
-    ).id
+    job = queue.submit(MatchPayload(source="a", target="b", parameters=MatchParameters())).id
     worker = new_worker(queue.store, heartbeat=5)
     for _ in range(LOSSES_WITH_WORKER + 1):
         assert queue.store.jobs.claim(job, worker.name)
