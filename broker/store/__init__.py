@@ -28,7 +28,7 @@ from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLos
 from broker.store.jobs import ActiveJob, Jobs
 from broker.store.keys import DEFAULT_KEYS, PREFIX, Keys
 from broker.store.leases import renewed
-from broker.store.listings import InvalidCursor, Listing, Page
+from broker.store.listings import InvalidCursor, Listing, Page, sweep
 from broker.store.prototypes import Prototypes
 from broker.store.quotas import Quota, QuotaExceeded, Quotas
 from broker.store.record_store import RecordStore
@@ -98,6 +98,7 @@ __all__ = [
     "renewed",
     "signs",
     "size_of",
+    "sweep",
     "text",
     "transact",
 ]

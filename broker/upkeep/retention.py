@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from broker.contracts import JobState, is_prototype
-from broker.store import Keys, Listing, Store, text
+from broker.store import Keys, Listing, Store, sweep, text
 
-_PARTS: Final = 100
-"""Parts of listings that are swept at a time, at most: a tenth of a second."""
+_LISTINGS: Final = 100
+"""Listings that are swept at a time, at most."""
 
 
 def evict_deleted(store: Store, ids: Sequence[str]) -> None:
@@ -54,16 +54,14 @@ class Sweep:
     store: Store
 
     def step(self) -> None:
-        """Sweep the next parts of listings: as many parts as there are listings, or `_PARTS`."""
+        """Sweep a part of each of the next listings, up to one that has more entries than that."""
         client = self.store.client
         place, cursor = map(int, text(client.get(Keys.LISTING_SWEEP) or b"0 0").split())
         keys = [Keys(tenant) for tenant in self.store.tenants()]
-        listings = [listing for one in keys for listing in _listings(one).items()]
-        for _ in range(min(_PARTS, len(listings))):
-            key, record = listings[place % len(listings)]
-            cursor = Listing(client, key, record).sweep(cursor)
-            place += cursor == 0
-        client.set(Keys.LISTING_SWEEP, f"{place} {cursor}")
+        every = [Listing(client, *one) for own in keys for one in _listings(own).items()]
+        place %= len(every)
+        done, cursor = sweep(client, every[place : place + _LISTINGS], cursor)
+        client.set(Keys.LISTING_SWEEP, f"{place + done} {cursor}")
 
 
 def _listings(keys: Keys) -> dict[str, Callable[[str], str]]:
