@@ -51,7 +51,7 @@ CALLERS: Final = 2
 PERMANENT: Final = re.compile(
     r"isomatch:(tenant:[^:]+:)?"
     r"(shapes|prototypes|jobs|jobs:(queued|running|succeeded|failed|cancelled)|held)"
-    r"|isomatch:(tallies|spectra:counters|cache:(spectra|sizes)|blobs:(owner|sweep))"
+    r"|isomatch:(tallies|spectra:counters|cache:(spectra|sizes)|blobs:(owner|sweep)|listings:sweep)"
     r"|isomatch:(tenants|quotas|keys|keys:ever)"
     r"|rq:(queues|workers(:.*)?|queue:.*|finished:.*|failed:.*|wip:.*|deferred:.*|scheduled:.*"
     r"|canceled:.*|clean_registries:.*)"

@@ -8,11 +8,8 @@ The trace of a request goes with its jobs as ``traceparent`` (W3C Trace Context)
 Log lines within a span have its ``trace_id`` and ``span_id``.
 """
 
-import mmap
 import os
-import struct
 import threading
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -20,6 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 import structlog
 
+from broker.circuit_breaker import CircuitBreaker
 from broker.telemetry import logger
 
 if TYPE_CHECKING:
@@ -38,6 +36,8 @@ LAST_EXPORT: Final = 1.0
 
 AWAY: Final = 60.0
 """Seconds for which nothing is sent to a collector that did not take spans."""
+
+_COLLECTOR: Final = CircuitBreaker()
 
 log = logger("isomatch.tracing")
 
@@ -78,7 +78,7 @@ def exporting(process: str, exporter: "SpanExporter | None" = None) -> Iterator[
     if _tracer is not None or not (exporter or enabled()):
         yield
         return
-    provider = _provider(process, exporter or _CircuitBreaker(_otlp_exporter()))
+    provider = _provider(process, exporter or _SparingExporter(_otlp_exporter()))
     _tracer = provider.get_tracer("isomatch")
     try:
         yield
@@ -194,7 +194,7 @@ class StageSpans:
             self._open = None
 
 
-def _provider(process: str, exporter: "SpanExporter | _CircuitBreaker") -> "TracerProvider":
+def _provider(process: str, exporter: "SpanExporter | _SparingExporter") -> "TracerProvider":
     from opentelemetry.sdk.resources import Resource
     from opentelemetry.sdk.trace import TracerProvider
     from opentelemetry.sdk.trace.export import BatchSpanProcessor
@@ -204,7 +204,7 @@ def _provider(process: str, exporter: "SpanExporter | _CircuitBreaker") -> "Trac
     if str(resource.attributes["service.name"]).startswith("unknown_service"):
         resource = resource.merge(Resource({"service.name": f"isomatch-{process}"}))
     provider = TracerProvider(resource=resource, shutdown_on_exit=False)
-    # A circuit breaker has what the processor calls, but does not derive from its class.
+    # Ours has what the processor calls, but does not derive from its class.
     provider.add_span_processor(BatchSpanProcessor(exporter))  # type: ignore[arg-type]
     return provider
 
@@ -223,36 +223,31 @@ def _shut_down(provider: "TracerProvider") -> None:
     ending.start()
     ending.join(LAST_EXPORT)
     if ending.is_alive():
-        _CircuitBreaker.open()
+        _spare_collector()
 
 
-class _CircuitBreaker:
-    """An exporter that leaves a collector alone for a while that did not take spans.
+def _spare_collector() -> None:
+    _COLLECTOR.open(AWAY)
+    log.warning("the collector of traces takes no spans; they are dropped", seconds=AWAY)
 
-    The state is shared with forked processes: each job has one, and would wait anew.
-    """
 
-    _away_until: Final = mmap.mmap(-1, 8)
+class _SparingExporter:
+    """An exporter that leaves a collector alone for a while that did not take spans."""
 
     def __init__(self, exporter: "SpanExporter") -> None:
         self._exporter = exporter
-
-    @classmethod
-    def open(cls) -> None:
-        """Send nothing for a while."""
-        cls._away_until[:] = struct.pack("d", time.time() + AWAY)
-        log.warning("the collector of traces takes no spans; they are dropped", seconds=AWAY)
 
     def export(self, spans: Sequence["ReadableSpan"]) -> "SpanExportResult":
         """Export spans, or drop them."""
         from opentelemetry.sdk.trace.export import SpanExportResult
 
-        (until,) = struct.unpack("d", self._away_until[:])
-        if time.time() < until:
+        if _COLLECTOR.is_open():
             return SpanExportResult.FAILURE
         result = self._exporter.export(spans)
-        if result is not SpanExportResult.SUCCESS:
-            self.open()
+        if result is SpanExportResult.SUCCESS:
+            _COLLECTOR.close()
+        else:
+            _spare_collector()
         return result
 
     def shutdown(self) -> None:

@@ -17,9 +17,8 @@ from broker.queue import JobQueue
 from broker.store import Store, have_ended
 from broker.telemetry import logger
 from broker.tracing import exporting
-from broker.upkeep import OrphanSweep, Sweep, recover
+from broker.upkeep import OrphanSweep, Upkeep
 from broker.webhooks import INTERVAL as WEBHOOK_INTERVAL
-from broker.webhooks import dispatch
 from service import (
     batches,
     consistent_maps,
@@ -161,14 +160,15 @@ def _lifespan(
         with suppress(RedisError):
             # Whether keys are needed should be known before the first request.
             await run_in_threadpool(ring.refresh, store.api_keys)
+        upkeep = Upkeep(queue, settings)
         tasks = [
             asyncio.create_task(_regularly(interval, task))
             for interval, task in (
-                (settings.heartbeat, partial(recover, service.queue)),
-                (settings.heartbeat, Sweep(store).step),
+                (settings.heartbeat, upkeep.recover),
+                (settings.heartbeat, upkeep.sweep),
                 # In its own time: many blobs are slow to list, and lost jobs should not wait.
                 (settings.heartbeat, OrphanSweep(store).step),
-                (WEBHOOK_INTERVAL, partial(dispatch, service.queue, settings)),
+                (WEBHOOK_INTERVAL, upkeep.dispatch),
                 (KEYS_INTERVAL, partial(ring.refresh, store.api_keys)),
             )
         ]

@@ -14,6 +14,7 @@ from redis.client import Pipeline
 from broker.blobs import BlobError
 from broker.contracts import (
     BatchPayload,
+    DeliveryPayload,
     DissimilaritiesPayload,
     IdempotencyRecord,
     JobKind,
@@ -213,13 +214,34 @@ class JobQueue:
         """Return whether a job is queued to draw a picture, or draws it."""
         return self.store.jobs.named_by([self._drawing(payload)]) != [None]
 
-    def submit_delivery(self, record: JobRecord) -> bool:
-        """Queue the delivery of a webhook; False if another one of the tenant is in flight."""
-        return self._submit_once(record, self.store.keys.delivery) == record.id
+    def submit_delivery(
+        self, choose: Callable[[], tuple[DeliveryPayload, RequestOrigin] | None]
+    ) -> None:
+        """Queue the delivery of a webhook, unless one of the tenant is in flight.
 
-    def is_delivering(self) -> bool:
-        """Return whether a job is queued to deliver a webhook of the tenant, or delivers it."""
-        return self.store.jobs.named_by([self.store.keys.delivery]) != [None]
+        Parameters
+        ----------
+        choose
+            Returns the delivery, None if none is due. It is called while none is in flight; if
+            another process queues one after what it has read, its choice is dropped.
+        """
+        marker = self.store.keys.delivery
+
+        def attempt(pipe: Pipeline) -> JobRecord | None:
+            chosen = choose() if self._live_job(marker, pipe) is None else None
+            if chosen is None:
+                return None
+            payload, context = chosen
+            record = new_job(payload, context)
+            self.rq.enqueue(record, pipe)
+            self.store.jobs.create(record, pipe)
+            pipe.set(marker, record.id, ex=_MARKED_SECONDS)
+            self.store.webhooks.begin(payload.job, payload.attempt, pipe)
+            return record
+
+        record = transact(self.store.client, attempt)
+        if record is not None:
+            _log_queued(record)
 
     def spectra_ahead(self, record: JobRecord) -> int:
         """Return the number of spectra that a job needs and others compute, or will before it."""

@@ -1,10 +1,12 @@
 """The store: shapes, prototypes, jobs, results, spectra; records in Redis, large bytes as blobs."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 from redis import Redis
+from redis.client import Pipeline
 
 from broker.blobs import open_blobs
 from broker.contracts import DEFAULT_TENANT
@@ -13,10 +15,8 @@ from broker.store.api_keys import ApiKeys, NameTaken, NoSuchKey, StoredKey
 from broker.store.attributes import Attributes
 from broker.store.blobs import FOLDERS, BlobReference, Blobs, pieces, size_of
 from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
-from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import (
-    CACHE_BACKOFF_INTERVAL,
-    CACHE_RETRY_SECONDS,
+    CACHE_PAUSE,
     CACHE_TIMEOUT,
     CONNECT_TIMEOUT,
     StoreSettings,
@@ -25,10 +25,10 @@ from broker.store.connections import (
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
 from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLost
-from broker.store.jobs import Jobs
+from broker.store.jobs import ActiveJob, Jobs
 from broker.store.keys import DEFAULT_KEYS, PREFIX, Keys
 from broker.store.leases import renewed
-from broker.store.listings import InvalidCursor, Listing, Page
+from broker.store.listings import InvalidCursor, Listing, Page, sweep
 from broker.store.prototypes import Prototypes
 from broker.store.quotas import Quota, QuotaExceeded, Quotas
 from broker.store.record_store import RecordStore
@@ -49,6 +49,7 @@ __all__ = [
     "DEFAULT_KEYS",
     "FOLDERS",
     "PREFIX",
+    "ActiveJob",
     "Admission",
     "ApiKeys",
     "Attributes",
@@ -56,7 +57,6 @@ __all__ = [
     "Blobs",
     "CandidateGone",
     "Chunks",
-    "CircuitBreaker",
     "ClaimStatus",
     "ClaimedChunk",
     "CounterValues",
@@ -98,6 +98,7 @@ __all__ = [
     "renewed",
     "signs",
     "size_of",
+    "sweep",
     "text",
     "transact",
 ]
@@ -155,14 +156,7 @@ class Store(TenantData):
         blobs = Blobs(client, open_blobs(settings.blob_url, retry_seconds, forks))
         cache = client
         if settings.cache_url is not None:
-            # Computing a spectrum again is better than waiting long for the cache.
-            cache = connect(
-                settings.cache_url,
-                min(retry_seconds, CACHE_RETRY_SECONDS),
-                pause,
-                CACHE_TIMEOUT,
-                CACHE_BACKOFF_INTERVAL,
-            )
+            cache = connect(settings.cache_url, CACHE_PAUSE, CACHE_PAUSE, CACHE_TIMEOUT)
         durability = Durability(client, max(retry_seconds, LEAST_WAIT))
         return cls(client, cache, blobs, settings, DEFAULT_KEYS, durability)
 
@@ -239,6 +233,20 @@ class Store(TenantData):
     def tenants(self) -> list[str]:
         """Return the names of all tenants that have had jobs, and of the default one."""
         return [DEFAULT_TENANT, *sorted(map(text, self.client.smembers(Keys.TENANTS)))]
+
+    def of_each(self, ask: Callable[[Pipeline, Keys], object]) -> dict[str, Any]:
+        """Return the reply to one command for each tenant, by its name, in one round trip.
+
+        Parameters
+        ----------
+        ask
+            Adds the command to a pipeline, given the tenant's keys.
+        """
+        tenants = self.tenants()
+        with self.client.pipeline(transaction=False) as pipe:
+            for tenant in tenants:
+                ask(pipe, Keys(tenant))
+            return dict(zip(tenants, pipe.execute(), strict=True))
 
     def check(self) -> None:
         """Check that Redis and the blob store answer and accept writes.

@@ -1,13 +1,11 @@
 """Connections to Redis that outlive its restarts, and the settings of the store."""
 
-import math
-import time
-from typing import Final, Self
+from typing import Final
 
 from pydantic import Field
 from pydantic_settings import BaseSettings
 from redis import Redis
-from redis.backoff import AbstractBackoff, ConstantBackoff
+from redis.backoff import ConstantBackoff
 from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 from redis.retry import Retry
@@ -22,17 +20,12 @@ SOCKET_TIMEOUT: Final = 30.0
 CONNECT_TIMEOUT: Final = 5.0
 """Seconds."""
 
-CACHE_RETRY_SECONDS: Final = 1.0
-"""Seconds for which a command is repeated while a cache with a Redis of its own refuses it."""
-
-CACHE_BACKOFF_INTERVAL: Final = 10.0
-"""Seconds between two such waits: one match reads from the cache six times."""
-
 CACHE_TIMEOUT: Final = 10.0
-"""Seconds for a reply of such a cache; enough for a spectrum of some ten megabytes."""
+"""Seconds for a reply of a cache with a Redis of its own; enough for some ten megabytes."""
 
-CACHE_CIRCUIT_SECONDS: Final = 60.0
-"""Seconds for which the circuit breaker is open after such a timeout."""
+CACHE_PAUSE: Final = 0.01
+"""Seconds after which a command to such a cache is repeated, once: its connection may be that of
+before a restart. Computing a spectrum again is better than waiting long."""
 
 
 class StoreSettings(BaseSettings):
@@ -101,44 +94,8 @@ def memory(client: Redis) -> tuple[int, int]:
     return int(told["used_memory"]), int(told.get("maxmemory", 0))
 
 
-class ThrottledBackoff(AbstractBackoff):
-    """Constant backoff that waits once in an interval, and otherwise not at all.
-
-    Parameters
-    ----------
-    pause
-        Seconds between two attempts.
-    interval
-        Seconds after a pause during which there is no other.
-    """
-
-    def __init__(self, pause: float, interval: float) -> None:
-        self._pause = pause
-        self._interval = interval
-        self._last = -math.inf
-
-    def __deepcopy__(self, memo: object) -> Self:
-        """Return the same object: all connections of a client share it."""
-        return self
-
-    def reset(self) -> None:
-        """Keep the time of the last pause from one command to the next."""
-
-    def compute(self, failures: int) -> float:
-        """Return the seconds to wait before the next attempt."""
-        now = time.monotonic()
-        if now - self._last < self._interval:
-            return 0.0
-        self._last = now
-        return self._pause
-
-
 def connect(
-    url: str,
-    retry_seconds: float,
-    pause: float = 1.0,
-    timeout: float | None = None,
-    backoff_interval: float = 0.0,
+    url: str, retry_seconds: float, pause: float = 1.0, timeout: float | None = None
 ) -> Redis:
     """Return a client that repeats commands that fail while Redis restarts.
 
@@ -155,14 +112,9 @@ def connect(
     timeout
         Seconds after which a command without a reply has failed, and is not repeated. None to
         repeat it, too.
-    backoff_interval
-        Seconds between two pauses at least; see :class:`ThrottledBackoff`.
     """
     errors = [RedisConnectionError] if timeout else [RedisConnectionError, RedisTimeoutError]
     attempts = max(0, round(retry_seconds / pause))
-    backoff = (
-        ThrottledBackoff(pause, backoff_interval) if backoff_interval else ConstantBackoff(pause)
-    )
     return Redis.from_url(
         url,
         socket_timeout=timeout or SOCKET_TIMEOUT,
@@ -170,6 +122,6 @@ def connect(
         # Bytes. Spectra and meshes are megabytes, and take twice the time with the default 32 KiB.
         socket_read_size=1024**2,
         health_check_interval=30,
-        retry=Retry(backoff, attempts, tuple(errors)),
+        retry=Retry(ConstantBackoff(pause), attempts, tuple(errors)),
         retry_on_error=errors,
     )

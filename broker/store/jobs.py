@@ -38,6 +38,9 @@ from broker.store.replies import text
 from broker.store.scripts import LuaScript
 from broker.store.tenant_data import TenantData
 
+_ACTIVE: Final = "state", "kind", "cancel"
+"""Fields of an :class:`ActiveJob`."""
+
 _Fields: TypeAlias = dict[bytes | str, bytes | str]
 
 _SERVING_SECONDS: Final = 4 * 3600
@@ -47,6 +50,24 @@ or another job that serves a request or a job. There may be many for each of tho
 
 _AT_A_TIME: Final = 500
 """Records that are read at a time."""
+
+
+@dataclass(frozen=True)
+class ActiveJob:
+    """What recovery looks at of each job that has not ended.
+
+    Parameters
+    ----------
+    id, kind, state
+        As in its record.
+    cancelled
+        When it was asked to stop; None if it was not.
+    """
+
+    id: str
+    kind: JobKind
+    state: JobState
+    cancelled: datetime | None
 
 
 @dataclass(frozen=True)
@@ -178,17 +199,19 @@ class Jobs(TenantData):
         listing = Listing(self.client, key if of is None else self.keys.jobs_of(of), self.keys.job)
         return listing.page(limit, cursor, self.records, matches, f"{state} {kind}")
 
-    def active(self) -> Iterator[JobRecord]:
-        """Iterate over all jobs that have not ended and can be read."""
+    def active(self) -> Iterator[ActiveJob]:
+        """Iterate over all jobs that have not ended, of kinds and in states that are known."""
         members = cast(list[bytes], self.client.zrange(self.keys.active_jobs, 0, -1))
         for start in range(0, len(members), _AT_A_TIME):
             names = [text(member) for member in members[start : start + _AT_A_TIME]]
-            for job_id, fields in zip(names, self._fields(names), strict=True):
-                record = _readable(job_id, fields)
-                if b"record" not in fields or (record is not None and record.state.ended):
+            keys = [self.keys.job(name) for name in names]
+            found = scripts.JOB_FIELDS(self.client, keys, *_ACTIVE)
+            for job_id, fields in zip(names, found, strict=True):
+                job = None if fields is None else _active(job_id, text(fields))
+                if fields is None or (job is not None and job.state.ended):
                     self.client.zrem(self.keys.active_jobs, job_id)
-                elif record is not None:
-                    yield record
+                elif job is not None:
+                    yield job
 
     def active_of(self, names: Iterable[str]) -> list[JobRecord]:
         """Return the listed jobs of these shapes and prototypes that have not ended."""
@@ -294,11 +317,6 @@ class Jobs(TenantData):
         held = holder is not None and text(holder) == runner
         return held and state == b"running" and cancel is None
 
-    def cancel_requested(self, job_id: str) -> datetime | None:
-        """Return the time of a running job's cancellation, None if it is not cancelled."""
-        requested = self.client.hget(self.keys.job(job_id), "cancel")
-        return None if requested is None else datetime.fromisoformat(text(requested))
-
     def _fields(self, job_ids: Sequence[str]) -> list[_Fields]:
         with self.client.pipeline(transaction=False) as pipe:
             for job_id in job_ids:
@@ -353,6 +371,14 @@ def _readable(job_id: str, fields: _Fields) -> JobRecord | None:
     if b"record" not in fields:
         return None
     return readable(JobRecord, job_id, lambda: _record(fields))
+
+
+def _active(job_id: str, fields: str) -> ActiveJob | None:
+    state, kind, cancelled = fields.split("\n")
+    try:
+        return ActiveJob(job_id, JobKind(kind), JobState(state), _time(cancelled or None))
+    except ValueError:
+        return None  # of a newer version, or damaged
 
 
 def _present(fields: Mapping[str, str]) -> dict[str, object]:

@@ -42,6 +42,9 @@ class Keys:
     READY: ClassVar = PREFIX + "ready"
     """Written to check that the store accepts writes."""
 
+    LISTING_SWEEP: ClassVar = PREFIX + "listings:sweep"
+    """Number of the listing that is swept next, and the cursor in it."""
+
     BLOB_OWNER: ClassVar = PREFIX + "blobs:owner"
     """Hash: the id that marks the blob store as that of this Redis, and whether it was set."""
 
@@ -297,9 +300,9 @@ class Keys:
         return f"{PREFIX}spectrum:{spectrum}:lock"
 
     @staticmethod
-    def cache_circuit(machine: str) -> str:
-        """State of a machine's circuit breaker of a cache with a Redis of its own."""
-        return f"{PREFIX}cache:away:{machine}"
+    def periodic(task: str) -> str:
+        """Exists while no process need begin a periodic task again."""
+        return f"{PREFIX}periodic:{task}"
 
     @staticmethod
     def cached_spectrum(spectrum: object) -> str:

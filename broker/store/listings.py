@@ -85,7 +85,7 @@ class Listing:
                     break
                 last = (score, member)
                 if item is None:
-                    self._unlist(member, self.client)
+                    self.unlist(member, self.client)
                 if item is not None and matches(item):
                     items.append(item)
                 else:
@@ -93,34 +93,8 @@ class Listing:
         more = last if last and self._entries(last, 1) else None
         return Page(tuple(items), None if more is None else _encode(more, scope))
 
-    def sweep(self, cursor: int) -> int:
-        """Remove entries whose record has expired from one part of the listing.
-
-        Parameters
-        ----------
-        cursor
-            Result of the step before; 0 to begin.
-
-        Returns
-        -------
-        int
-            Cursor of the next step; 0 at the end.
-        """
-        reply = self.client.zscan(self.key, cursor, count=SWEEP_COUNT)
-        cursor, found = cast(tuple[int, list[tuple[bytes, float]]], reply)
-        members = [text(member) for member, _ in found]
-        with self.client.pipeline(transaction=False) as pipe:
-            for member in members:
-                pipe.exists(self.record(member))
-            found_records = pipe.execute()
-        with self.client.pipeline(transaction=False) as pipe:
-            for member, exists in zip(members, found_records, strict=True):
-                if not exists:
-                    self._unlist(member, pipe)
-            pipe.execute()
-        return cursor
-
-    def _unlist(self, member: str, client: Redis) -> None:
+    def unlist(self, member: str, client: Redis) -> None:
+        """Remove an entry, unless there is a record of it."""
         # A shape may have been uploaded again since its record was read.
         scripts.UNLIST(client, [self.key, self.record(member)], member)
 
@@ -141,6 +115,41 @@ class Listing:
                 break
             skip += len(found)
         return entries[:count]
+
+
+def sweep(client: Redis, listings: Sequence[Listing], cursor: int) -> tuple[int, int]:
+    """Remove entries whose record has expired from a part of each of some listings.
+
+    Parameters
+    ----------
+    client
+        Connection to Redis.
+    listings
+        At least one.
+    cursor
+        In the first of them: 0 to begin, or the result of the step before. Others are begun.
+
+    Returns
+    -------
+    How many of the first are done, and the cursor in the next one.
+    """
+    with client.pipeline(transaction=False) as pipe:
+        for number, listing in enumerate(listings):
+            pipe.zscan(listing.key, 0 if number else cursor, count=SWEEP_COUNT)
+        replies = cast(list[tuple[int, list[tuple[bytes, float]]]], pipe.execute())
+    done = next((number for number, (left, _) in enumerate(replies) if left), len(replies))
+    parts = zip(listings, replies[: done + 1], strict=False)
+    entries = [(listing, text(member)) for listing, (_, found) in parts for member, _ in found]
+    with client.pipeline(transaction=False) as pipe:
+        for listing, member in entries:
+            pipe.exists(listing.record(member))
+        found_records = pipe.execute()
+    with client.pipeline(transaction=False) as pipe:
+        for (listing, member), exists in zip(entries, found_records, strict=True):
+            if not exists:
+                listing.unlist(member, pipe)
+        pipe.execute()
+    return done, replies[done][0] if done < len(replies) else 0
 
 
 def _encode(last: tuple[float, str], scope: str) -> str:

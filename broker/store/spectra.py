@@ -12,17 +12,17 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Final
 
 from redis import Redis
+from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import OutOfMemoryError, RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
+from broker.circuit_breaker import CircuitBreaker
 from broker.contracts import SpectrumKey
 from broker.store import scripts
-from broker.store.circuit_breaker import CircuitBreaker
-from broker.store.connections import CACHE_CIRCUIT_SECONDS, memory
+from broker.store.connections import memory
 from broker.store.keys import Keys
 from broker.store.leases import renewed
 from broker.store.replies import blob, text
@@ -33,6 +33,13 @@ log = logger("isomatch.store")
 
 _LARGEST: Final = 500 * 1024**2
 """Bytes of one value; Redis closes the connection at more than 512 MiB (proto-max-bulk-len)."""
+
+_REST: Final = 6.0
+"""Seconds for which a cache that cannot be reached is left alone, for each that was waited for it:
+a minute after a timeout, and hardly any time if it refuses connections."""
+
+_CIRCUIT: Final = CircuitBreaker()
+"""That of the cache; each job is a process, which would wait anew."""
 
 
 class _CircuitOpen(Exception):
@@ -56,10 +63,7 @@ class Spectra(TenantData):
     computed again. A cache in the Redis of the queue leaves the queue its memory.
     """
 
-    @cached_property
-    def circuit(self) -> CircuitBreaker:
-        """The circuit breaker, which all processes of this machine share."""
-        return CircuitBreaker(self.client)
+    circuit: CircuitBreaker = _CIRCUIT
 
     @property
     def is_separate(self) -> bool:
@@ -173,6 +177,7 @@ class Spectra(TenantData):
     @contextmanager
     def _tolerating_failure(self) -> Iterator[None]:
         """Ignore failures of a separate cache, and of a full Redis; it does not evict."""
+        start = time.monotonic()
         try:
             yield
         except _CircuitOpen:
@@ -181,8 +186,8 @@ class Spectra(TenantData):
             if not (self.is_separate or isinstance(error, OutOfMemoryError)):
                 raise
             log.warning("the cache cannot be used", error=str(error))
-            if isinstance(error, RedisTimeoutError):
-                self.circuit.open(CACHE_CIRCUIT_SECONDS)
+            if isinstance(error, RedisConnectionError | RedisTimeoutError):
+                self.circuit.open(_REST * (time.monotonic() - start))
         else:
             self.circuit.close()
 
@@ -208,10 +213,6 @@ class Spectra(TenantData):
     ) -> AbstractContextManager[object]:
         """Renew the lock of a spectrum, and release it at the end."""
         return renewed(self.client, Keys.spectrum_lock(key), holder, seconds)
-
-    def release(self, key: SpectrumKey, holder: str) -> None:
-        """Release the lock of a spectrum."""
-        scripts.RELEASE_LOCK(self.client, [Keys.spectrum_lock(key)], holder)
 
     def locked(self, key: SpectrumKey) -> bool:
         """Whether a live process computes a spectrum."""

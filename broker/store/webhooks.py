@@ -1,12 +1,19 @@
-"""Webhooks in Redis: when each is due, the job that delivers it, and the outcome."""
+"""Webhooks in Redis: when each is due, the attempts to deliver it, and the outcome."""
 
+import time
 from dataclasses import dataclass
-from typing import cast
+from typing import Final, cast
+
+from redis import Redis
+from redis.client import Pipeline
 
 from broker.contracts import Delivery
 from broker.store import scripts
 from broker.store.replies import text
 from broker.store.tenant_data import TenantData
+
+LEASE: Final = 60.0
+"""Seconds after which a webhook is due again whose delivery was lost or whose job is unreadable."""
 
 
 @dataclass(frozen=True)
@@ -16,25 +23,22 @@ class Webhooks(TenantData):
     The script that ends a job adds its webhook to the list.
     """
 
-    def due(self, now: float, most: int) -> list[tuple[str, float]]:
-        """Return jobs whose webhook is due, and since when, the earliest first."""
-        entries = self.client.zrangebyscore(
-            self.keys.webhooks, "-inf", now, start=0, num=most, withscores=True
+    def due(self, most: int) -> list[str]:
+        """Return jobs whose webhook is due, the earliest first."""
+        found = self.client.zrangebyscore(
+            self.keys.webhooks, "-inf", time.time(), start=0, num=most
         )
-        return [(text(job), since) for job, since in cast(list[tuple[bytes, float]], entries)]
+        return list(map(text, cast(list[bytes], found)))
 
-    def claim(self, job_id: str, since: float, until: float) -> bool:
-        """Postpone a webhook that is due; False if another process has."""
-        return bool(scripts.CLAIM_WEBHOOK(self.client, [self.keys.webhooks], job_id, since, until))
+    def postpone(self, job_id: str, client: Redis | None = None) -> None:
+        """Make a webhook that is in the list due again after :data:`LEASE`."""
+        later = {job_id: time.time() + LEASE}
+        (client or self.client).zadd(self.keys.webhooks, later, xx=True)
 
-    def begin(self, job_id: str, delivery_job: str, attempt: int) -> bool:
-        """Store the delivery's job and attempt; False if the job itself has expired."""
-        names = [self.keys.job(job_id)]
-        return bool(scripts.BEGIN_DELIVERY(self.client, names, delivery_job, attempt))
-
-    def delivery_job(self, job_id: str) -> str | None:
-        """Return the job of the last attempt."""
-        return text(self.client.hget(self.keys.job(job_id), "delivery_job"))
+    def begin(self, job_id: str, attempt: int, pipe: Pipeline) -> None:
+        """Count an attempt, and postpone the next, as part of a transaction."""
+        scripts.BEGIN_DELIVERY(pipe, [self.keys.job(job_id)], attempt)
+        self.postpone(job_id, pipe)
 
     def attempts(self, job_id: str) -> int:
         """Return the number of attempts."""
@@ -49,7 +53,3 @@ class Webhooks(TenantData):
     def remove(self, job_id: str) -> None:
         """Remove a webhook from the list."""
         self.client.zrem(self.keys.webhooks, job_id)
-
-    def pending(self) -> int:
-        """Return the number of webhooks that are not delivered yet."""
-        return int(self.client.zcard(self.keys.webhooks))

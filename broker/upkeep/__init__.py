@@ -2,6 +2,7 @@
 
 from broker.upkeep.migration import Migrated, migrate
 from broker.upkeep.orphans import OrphanSweep
+from broker.upkeep.periodic import Upkeep
 from broker.upkeep.recovery import (
     LOSSES_AFTER_KILL,
     LOSSES_WITH_WORKER,
@@ -21,6 +22,7 @@ __all__ = [
     "OrphanSweep",
     "RecoveryTimeouts",
     "Sweep",
+    "Upkeep",
     "evict_deleted",
     "first_loss",
     "handle_lost_process",

@@ -7,7 +7,7 @@ unknown to RQ (a worker died between taking it from the queue and registering it
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -18,11 +18,9 @@ from redis.exceptions import RedisError
 from rq import Worker
 from rq.command import send_stop_job_command
 from rq.exceptions import InvalidJobOperation, NoSuchJobError
-from rq.executions import Execution
 from rq.job import Job
 from rq.queue import Queue
 from rq.serializers import JSONSerializer
-from rq.utils import now
 
 from broker.blobs import BlobError
 from broker.contracts import (
@@ -37,7 +35,7 @@ from broker.contracts import (
     UploadPayload,
 )
 from broker.queue import JobQueue, tenant_of
-from broker.store import Keys, NewerRecord, Store, renewed, text
+from broker.store import ActiveJob, Keys, NewerRecord, Store, renewed, text
 from broker.telemetry import logger
 from broker.tracing import past_span
 
@@ -55,6 +53,9 @@ Most likely it was because of the machine.
 
 LOCK_SECONDS: Final = 15.0
 """Seconds after which the lock of a process that died during recovery expires."""
+
+_EXECUTION: Final = "worker_name", "created_at", "last_heartbeat"
+"""Fields of RQ's record of an execution."""
 
 _LOST_SPAN: Final = "lost_span"
 """Field of a job's hash: ``traceparent`` of its first attempt that was lost."""
@@ -150,16 +151,10 @@ class RecoveryTimeouts:
 def recover(queue: JobQueue, timeouts: RecoveryTimeouts | None = None) -> None:
     """Recover lost jobs and kill cancelled ones that do not stop, in one pass.
 
-    To be called about as often as heartbeats are due. One process at a time does the work, and none
-    whose clock is wrong: to that one, all workers would be dead.
+    One process at a time does the work. It must not be one whose clock is wrong
+    (:func:`clock_is_right`): to that one, all workers would be dead.
     """
     store = queue.store
-    skew = _clock_skew(store)
-    if skew > queue.settings.heartbeat:
-        log.error(
-            "the clocks of this machine and of Redis differ: no job is recovered", seconds=skew
-        )
-        return
     timeouts = timeouts or RecoveryTimeouts.of(queue.settings.heartbeat)
     token = uuid4().hex
     if not store.client.set(Keys.RECOVERY, token, nx=True, px=int(LOCK_SECONDS * 1000)):
@@ -168,16 +163,23 @@ def recover(queue: JobQueue, timeouts: RecoveryTimeouts | None = None) -> None:
         for rq_queue in queue.rq.all():
             _release_dead_executions(store, rq_queue, timeouts.heartbeat)
         known = _known_to_rq(queue)
-        for tenant in store.tenants():
-            _Pass(queue.of(tenant), known, timeouts, lost).recover()
+        present = store.of_each(lambda pipe, keys: pipe.exists(keys.active_jobs, keys.unseen_jobs))
+        for tenant, exists in present.items():
+            if exists:
+                _Pass(queue.of(tenant), known, timeouts, lost).recover()
 
 
-def _clock_skew(store: Store) -> float:
-    """Return the seconds by which the clocks of this machine and of Redis differ at least."""
+def clock_is_right(queue: JobQueue) -> bool:
+    """Return whether the clocks of this machine and of Redis differ by less than a heartbeat."""
     before = time.time()
-    seconds, microseconds = store.client.time()
+    seconds, microseconds = queue.store.client.time()
     there = seconds + microseconds / 1e6
-    return max(before - there, there - time.time(), 0.0)
+    skew = max(before - there, there - time.time())
+    if skew > queue.settings.heartbeat:
+        log.error(
+            "the clocks of this machine and of Redis differ: no job is recovered", seconds=skew
+        )
+    return skew <= queue.settings.heartbeat
 
 
 def unregister_workers(store: Store) -> None:
@@ -189,10 +191,11 @@ def unregister_workers(store: Store) -> None:
 
 def _release_dead_executions(store: Store, queue: Queue, timeout: timedelta) -> None:
     registry = queue.started_job_registry
-    for job_id, execution_id in registry.get_job_and_execution_ids(cleanup=False):
-        if not _alive(store, job_id, execution_id, timeout):
-            # RQ's own cleanup compares this score, the end of the heartbeat's validity, with now.
-            store.client.zadd(registry.key, {f"{job_id}:{execution_id}": 1}, xx=True)
+    registered = registry.get_job_and_execution_ids(cleanup=False)
+    dead = _dead(store, [f"{job_id}:{execution}" for job_id, execution in registered], timeout)
+    if dead:
+        # RQ's own cleanup compares this score, the end of the heartbeat's validity, with now.
+        store.client.zadd(registry.key, dict.fromkeys(dead, 1), xx=True)
 
     def abandoned(job: Job, *_: object) -> None:
         # Other jobs of the queue would wait for one whose handler always fails.
@@ -206,17 +209,29 @@ def _release_dead_executions(store: Store, queue: Queue, timeout: timedelta) -> 
         registry.cleanup(exception_handlers=[abandoned])
 
 
-def _alive(store: Store, job_id: str, execution_id: str, timeout: timedelta) -> bool:
-    try:
-        execution = Execution.fetch(execution_id, job_id, connection=store.client)
-    except (ValueError, KeyError):
+def _dead(store: Store, executions: Sequence[str], timeout: timedelta) -> list[str]:
+    """Return the executions that are over, or whose worker is gone."""
+    with store.client.pipeline(transaction=False) as pipe:
+        for execution in executions:
+            pipe.hmget(f"rq:execution:{execution}", _EXECUTION)
+        found = list(zip(executions, pipe.execute(), strict=True))
+        names = list({text(name) for _, (name, *_) in found if name})
+        for name in names:
+            pipe.exists(f"{Worker.redis_worker_namespace_prefix}{name}")
+            pipe.hexists(f"{Worker.redis_worker_namespace_prefix}{name}", "death")
+        replies = pipe.execute()
+    states = zip(names, replies[::2], replies[1::2], strict=True)
+    gone = {name for name, exists, has_died in states if not exists or has_died}
+    oldest = time.time() - timeout.total_seconds()
+    return [
+        execution
+        for execution, (name, created, heartbeat) in found
         # Expired, or half so: a heartbeat that comes late makes the hash anew, without its rest.
-        return False
-    if execution.worker_name:
-        worker = f"rq:worker:{execution.worker_name}"
-        if not store.client.exists(worker) or store.client.hexists(worker, "death"):
-            return False
-    return bool(now() - execution.last_heartbeat < timeout)
+        if created is None
+        or heartbeat is None
+        or float(heartbeat) <= oldest
+        or (name and text(name) in gone)
+    ]
 
 
 @dataclass(frozen=True)
@@ -233,25 +248,28 @@ class _Pass:
         stored = store.client.hgetall(store.keys.unseen_jobs).items()
         first_noticed = {text(job_id): float(when) for job_id, when in stored}
         unknown: set[str] = set()
-        for record in store.jobs.active():
+        for job in store.jobs.active():
             if self.lost.is_set():
                 return
-            with _logged(record.id):
-                if self._requeue_lost(record, first_noticed.get(record.id)):
-                    unknown.add(record.id)
-                _kill_overdue(store, record, self.timeouts.cancellation)
+            with _logged(job.id):
+                if self._requeue_lost(job, first_noticed.get(job.id)):
+                    unknown.add(job.id)
+                _kill_overdue(store, job, self.timeouts.cancellation)
         cleared = set(first_noticed) - unknown
         if cleared:
             store.client.hdel(store.keys.unseen_jobs, *cleared)
 
-    def _requeue_lost(self, record: JobRecord, since: float | None) -> bool:
+    def _requeue_lost(self, job: ActiveJob, since: float | None) -> bool:
         """Queue a job again that RQ has not known for long; true if it has not for less long."""
         store = self.queue.store
-        if record.kind is JobKind.BATCH:
+        if job.kind is JobKind.BATCH:
             # Its matches are recovered themselves; it goes on when one has ended.
-            self.queue.batches.advance(record.id)
+            self.queue.batches.advance(job.id)
             return False
-        if record.id in self.known or _has_time_slices(store, record):
+        if job.id in self.known or _has_time_slices(store, job):
+            return False
+        record = store.jobs.readable(job.id)
+        if record is None:
             return False
         if since is None:
             store.client.hset(store.keys.unseen_jobs, record.id, str(time.time()))
@@ -289,21 +307,20 @@ def _known_to_rq(queue: JobQueue) -> set[str]:
     return known
 
 
-def _kill_overdue(store: Store, record: JobRecord, timeout: timedelta) -> None:
-    if record.state is not JobState.RUNNING:
+def _kill_overdue(store: Store, job: ActiveJob, timeout: timedelta) -> None:
+    if job.state is not JobState.RUNNING or job.cancelled is None:
         return
-    requested = store.jobs.cancel_requested(record.id)
-    if requested is None or datetime.now(UTC) - requested < timeout:
+    if datetime.now(UTC) - job.cancelled < timeout:
         return
-    log.warning("killing a cancelled job that does not stop", job_id=record.id)
+    log.warning("killing a cancelled job that does not stop", job_id=job.id)
     try:
-        send_stop_job_command(store.client, record.id, serializer=JSONSerializer)
+        send_stop_job_command(store.client, job.id, serializer=JSONSerializer)
     except (NoSuchJobError, InvalidJobOperation, RedisError) as error:
-        log.warning("could not kill the cancelled job", job_id=record.id, error=str(error))
+        log.warning("could not kill the cancelled job", job_id=job.id, error=str(error))
 
 
-def _has_time_slices(store: Store, record: JobRecord) -> bool:
-    return record.kind is JobKind.DISSIMILARITIES and bool(store.chunks.time_slices(record.id))
+def _has_time_slices(store: Store, job: ActiveJob) -> bool:
+    return job.kind is JobKind.DISSIMILARITIES and bool(store.chunks.time_slices(job.id))
 
 
 def _trace_loss(store: Store, record: JobRecord | None, state: JobState | None, how: str) -> None:

@@ -1,10 +1,14 @@
 """Retention: keys expire by themselves; here listings and cache follow."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Final
 
 from broker.contracts import JobState, is_prototype
-from broker.store import Keys, Listing, Store
+from broker.store import Keys, Listing, Store, sweep, text
+
+_LISTINGS: Final = 100
+"""Listings that are swept at a time, at most."""
 
 
 def evict_deleted(store: Store, ids: Sequence[str]) -> None:
@@ -37,9 +41,9 @@ def _not_in(tenants: Sequence[Keys], ids: Sequence[str], store: Store) -> list[s
     return [one for one, exists in zip(ids, found, strict=True) if not exists]
 
 
-@dataclass
+@dataclass(frozen=True)
 class Sweep:
-    """Removal of expired entries from the listings of all tenants, a part at a time.
+    """Removal of expired entries from the listings, one after the other, by all API processes.
 
     Parameters
     ----------
@@ -48,16 +52,24 @@ class Sweep:
     """
 
     store: Store
-    _cursors: dict[str, int] = field(default_factory=dict)
 
     def step(self) -> None:
-        """Sweep the next part of each listing."""
-        for tenant in self.store.tenants():
-            keys = Keys(tenant)
-            jobs = [keys.jobs, *(keys.jobs_in(state) for state in JobState)]
-            records: dict[str, Callable[[str], str]] = dict.fromkeys(jobs, keys.job)
-            records |= {keys.shapes: keys.shape, keys.prototypes: keys.prototype}
-            records[keys.held] = str
-            for key, record in records.items():
-                listing = Listing(self.store.client, key, record)
-                self._cursors[key] = listing.sweep(self._cursors.get(key, 0))
+        """Sweep a part of each of the next listings, up to one that has more entries than that."""
+        client = self.store.client
+        place, cursor = map(int, text(client.get(Keys.LISTING_SWEEP) or b"0 0").split())
+        keys = [Keys(tenant) for tenant in self.store.tenants()]
+        every = [Listing(client, *one) for own in keys for one in _listings(own).items()]
+        place %= len(every)
+        done, cursor = sweep(client, every[place : place + _LISTINGS], cursor)
+        client.set(Keys.LISTING_SWEEP, f"{place + done} {cursor}")
+
+
+def _listings(keys: Keys) -> dict[str, Callable[[str], str]]:
+    """Return the listings of a tenant, and what returns the key of an entry's record."""
+    jobs = [keys.jobs, *(keys.jobs_in(state) for state in JobState)]
+    return {
+        **dict.fromkeys(jobs, keys.job),
+        keys.shapes: keys.shape,
+        keys.prototypes: keys.prototype,
+        keys.held: str,
+    }

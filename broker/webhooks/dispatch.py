@@ -9,22 +9,20 @@ twice.
 
 import time
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import Annotated, Final
 
 from pydantic import BeforeValidator, Field
 from pydantic_settings import BaseSettings, NoDecode
 
-from broker.contracts import Delivery, DeliveryPayload, DeliveryState, JobRecord, RequestOrigin
+from broker.contracts import Delivery, DeliveryPayload, DeliveryState, RequestOrigin
 from broker.environment import FROM_ENVIRONMENT
-from broker.queue import JobQueue, new_job
+from broker.queue import JobQueue
 from broker.telemetry import logger
 from broker.webhooks.addresses import Network, read_networks
 
 INTERVAL: Final = 1.0
 """Seconds between two calls of :func:`dispatch`."""
-
-LEASE: Final = 60.0
-"""Seconds after which a webhook is due again whose delivery job was lost."""
 
 BACKOFF_FACTOR: Final = 3.0
 """Ratio of two successive delays."""
@@ -70,30 +68,16 @@ def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
     settings
         Limit of the attempts.
     """
-    for tenant in queue.store.tenants():
-        dispatch_next(queue.of(tenant), settings)
+    now = time.time()
+    due = queue.store.of_each(lambda pipe, keys: pipe.zcount(keys.webhooks, "-inf", now))
+    for tenant, count in due.items():
+        if count:
+            dispatch_next(queue.of(tenant), settings)
 
 
 def dispatch_next(queue: JobQueue, settings: WebhookSettings) -> None:
     """Queue a delivery job for a tenant's webhook that is due first, unless one is in flight."""
-    if queue.is_delivering():
-        return
-    webhooks, now = queue.store.webhooks, time.time()
-    for job_id, since in webhooks.due(now, _BATCH_SIZE):
-        if not webhooks.claim(job_id, since, now + LEASE) or _is_being_delivered(queue, job_id):
-            continue
-        record = queue.store.jobs.readable(job_id)
-        if record is None:
-            if not queue.store.jobs.exists(job_id):
-                webhooks.remove(job_id)
-        elif webhooks.attempts(job_id) >= settings.webhook_attempts:
-            _give_up(queue, job_id)
-        elif _queue_delivery(queue, record):
-            return
-        else:
-            # Another process has queued another one: this one stays due.
-            webhooks.claim(job_id, now + LEASE, since)
-            return
+    queue.submit_delivery(partial(_first_due, queue, settings))
 
 
 def retry_delay(attempts: int, settings: WebhookSettings) -> timedelta:
@@ -101,32 +85,32 @@ def retry_delay(attempts: int, settings: WebhookSettings) -> timedelta:
     return timedelta(seconds=settings.webhook_pause * BACKOFF_FACTOR ** (attempts - 1))
 
 
-def _is_being_delivered(queue: JobQueue, job_id: str) -> bool:
-    # By a job that an older version has queued, beside others of the tenant.
-    last = queue.store.webhooks.delivery_job(job_id)
-    state = None if last is None else queue.store.jobs.state(last)
-    return state is not None and not state.ended
+def _first_due(
+    queue: JobQueue, settings: WebhookSettings
+) -> tuple[DeliveryPayload, RequestOrigin] | None:
+    """Return the next attempt for a tenant none of whose webhooks is in flight."""
+    jobs, webhooks = queue.store.jobs, queue.store.webhooks
+    for job_id in webhooks.due(_BATCH_SIZE):
+        record, attempts = jobs.readable(job_id), webhooks.attempts(job_id)
+        if record is None and jobs.exists(job_id):
+            webhooks.postpone(job_id)
+        elif record is None:
+            webhooks.remove(job_id)
+        elif attempts >= settings.webhook_attempts:
+            _give_up(queue, job_id, attempts)
+        else:
+            origin = RequestOrigin(record.request_id, record.caller, traceparent=record.traceparent)
+            return DeliveryPayload(job=job_id, attempt=attempts + 1), origin
+    return None
 
 
-def _give_up(queue: JobQueue, job_id: str) -> None:
+def _give_up(queue: JobQueue, job_id: str, attempts: int) -> None:
     """Record that the job of the last attempt was lost."""
-    webhooks = queue.store.webhooks
     lost = Delivery(
         state=DeliveryState.FAILED,
-        attempts=webhooks.attempts(job_id),
+        attempts=attempts,
         last_attempt=datetime.now(UTC),
         error="the process that tried it was lost",
     )
-    webhooks.record(job_id, lost)
+    queue.store.webhooks.record(job_id, lost)
     log.warning("webhook given up", job_id=job_id, error=lost.error)
-
-
-def _queue_delivery(queue: JobQueue, record: JobRecord) -> bool:
-    """Queue the next attempt; False if another webhook of the tenant is in flight."""
-    context = RequestOrigin(record.request_id, record.caller, traceparent=record.traceparent)
-    attempt = queue.store.webhooks.attempts(record.id) + 1
-    job = new_job(DeliveryPayload(job=record.id, attempt=attempt), context)
-    if not queue.submit_delivery(job):
-        return False
-    queue.store.webhooks.begin(record.id, job.id, attempt)
-    return True

@@ -1,9 +1,7 @@
--- Record that a webhook is being delivered, unless its job has expired: HSET would create a
--- record that never expires.
+-- Count an attempt to deliver a webhook, unless its job has expired: HSET would create a record that
+-- never expires.
 -- KEYS  1 job
--- ARGV  1 delivery job, 2 number of the attempt
-if redis.call('EXISTS', KEYS[1]) == 0 then
-    return 0
+-- ARGV  1 number of the attempt
+if redis.call('EXISTS', KEYS[1]) == 1 then
+    redis.call('HSET', KEYS[1], 'attempts', ARGV[1])
 end
-redis.call('HSET', KEYS[1], 'delivery_job', ARGV[1], 'attempts', ARGV[2])
-return 1

@@ -11,7 +11,7 @@ from broker.contracts import (
     MatchPayload,
 )
 from broker.queue import JobQueue
-from broker.store import DEFAULT_KEYS
+from broker.store import DEFAULT_KEYS, ActiveJob
 from broker.upkeep import store_away
 from tests.broker.store.test_store import accepted, numbered
 
@@ -29,7 +29,7 @@ def maps(queue: JobQueue) -> JobRecord:
     return queue.submit(MAPS)
 
 
-def waiting_spectra(queue: JobQueue) -> list[JobRecord]:
+def waiting_spectra(queue: JobQueue) -> list[ActiveJob]:
     """The jobs that compute spectra and have not ended."""
     return [one for one in queue.store.jobs.active() if one.kind is JobKind.SPECTRUM]
 

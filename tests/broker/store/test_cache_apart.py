@@ -1,8 +1,7 @@
 """The spectrum cache in a Redis of its own, which evicts, is full, or does not answer."""
 
-import copy
-import math
 import socket
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from types import SimpleNamespace
@@ -11,6 +10,8 @@ import pytest
 from redis import Redis
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
+from broker import circuit_breaker
+from broker.circuit_breaker import CircuitBreaker
 from broker.contracts import (
     JobRecord,
     JobState,
@@ -20,9 +21,8 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue
-from broker.store import DEFAULT_KEYS, CircuitBreaker, Keys, Store, circuit_breaker, connect
-from broker.store import spectra as spectra_module
-from broker.store.connections import CACHE_TIMEOUT, ThrottledBackoff
+from broker.store import DEFAULT_KEYS, Keys, Store, connect
+from broker.store.connections import CACHE_TIMEOUT
 from service.standalone import EmbeddedServer
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
@@ -161,32 +161,6 @@ def test_a_read_only_cache_is_tolerated(apart: Store, cache: Redis) -> None:
         cache.replicaof("NO", "ONE")
 
 
-def test_backoff_of_a_cache_that_refuses_connections_is_throttled(
-    second: EmbeddedServer, server: EmbeddedServer
-) -> None:
-    throttled = ThrottledBackoff(1.0, interval=math.inf)
-    # Each connection copies the backoff; all copies share its state.
-    assert [one.compute(1) for one in (throttled, copy.deepcopy(throttled), throttled)] == [
-        1.0,
-        0.0,
-        0.0,
-    ]
-    throttled.reset()
-    assert throttled.compute(1) == 0.0
-    always = ThrottledBackoff(0.5, interval=0.0)
-    assert [always.compute(number) for number in (1, 2, 3)] == [0.5] * 3
-    store = Store.open(
-        WorkerSettings(redis_url=server.url, cache_url=second.url, blob_url="file:///nowhere"),
-        retry_seconds=1,
-    )
-    backoffs = [
-        client.connection_pool.connection_kwargs["retry"]._backoff
-        for client in (store.client, store.cache)
-    ]
-    assert [isinstance(one, ThrottledBackoff) for one in backoffs] == [False, True]
-    store.close()
-
-
 def connections(listener: socket.socket) -> int:
     """Number of connections since the last call."""
     listener.setblocking(False)
@@ -200,12 +174,13 @@ def connections(listener: socket.socket) -> int:
 
 
 def test_the_circuit_opens_after_one_timeout(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spectra_module, "CACHE_CIRCUIT_SECONDS", 10_000.0)
-    key = SpectrumKey("a", 10)
+    key, clock = SpectrumKey("a", 10), SimpleNamespace(now=0.0)
+    clock.monotonic = lambda: clock.now
+    monkeypatch.setattr(circuit_breaker, "time", clock)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"redis://127.0.0.1:{silent.getsockname()[1]}"
-        with connect(url, retry_seconds=0, timeout=0.05) as cache:
-            spectra = replace(store.spectra, cache=cache)
+        with connect(url, retry_seconds=0, timeout=0.5) as cache:
+            spectra = replace(store.spectra, cache=cache, circuit=CircuitBreaker())
 
             def look() -> None:
                 assert not spectra.has(key)
@@ -217,36 +192,37 @@ def test_the_circuit_opens_after_one_timeout(store: Store, monkeypatch: pytest.M
             look()
             look()
             assert connections(silent) == 1
-            # Other processes of this machine share the circuit.
-            spectra = replace(spectra)
+            # It is left alone six times as long as it was waited for.
+            clock.now = 2.9
             look()
             assert connections(silent) == 0
-            spectra.circuit.open(0.0)
-            assert not spectra.has(key)
+            clock.now = 10_000.0
+            look()
+            look()
             assert connections(silent) == 1
 
 
-def test_one_process_probes_the_cache_for_all(
-    store: Store, monkeypatch: pytest.MonkeyPatch
+def test_a_cache_that_refuses_connections_costs_nothing(
+    apart: Store, second: EmbeddedServer
 ) -> None:
-    now = 0.0
-    monkeypatch.setattr(circuit_breaker, "time", SimpleNamespace(time=lambda: now))
-    mine, others, far = (CircuitBreaker(store.client, name) for name in ("here", "here", "there"))
-    assert [mine.is_open(), others.is_open()] == [False, False]
-    mine.open(1000.0)
-    assert [mine.is_open(), others.is_open(), far.is_open()] == [True, True, False]
-    now = 1000.0
-    assert [mine.is_open(), others.is_open()] == [False, True]
-    now = 2000.0
-    assert not others.is_open()
-    others.close()
-    assert [mine.is_open(), others.is_open()] == [False, False]
-    mine.open(0.0)
-    assert store.client.ttl(Keys.cache_circuit("here")) != -1
+    key = SpectrumKey("a", 10)
+    assert apart.spectra.put(key, b"spectrum")
+    second.stop()
+    start = time.monotonic()
+    for _ in range(10):
+        assert apart.spectra.get(key) is None
+    assert time.monotonic() - start < 5.0
+    # And it is used as soon as it is there again, over a connection of before.
+    second.start()
+    deadline = time.monotonic() + 60
+    while not apart.spectra.put(key, b"spectrum"):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    assert apart.spectra.get(key) == b"spectrum"
 
 
 def test_a_cache_that_answers_again_is_used(apart: Store) -> None:
-    spectra, key = apart.spectra, SpectrumKey("a", 10)
+    spectra, key = replace(apart.spectra, circuit=CircuitBreaker()), SpectrumKey("a", 10)
     spectra.circuit.open(1000.0)
     assert not spectra.put(key, b"spectrum")
     spectra.circuit.open(0.0)

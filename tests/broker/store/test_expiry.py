@@ -354,13 +354,22 @@ def test_an_upload_that_expires_before_validation_is_reported(queue: JobQueue, k
 def test_a_webhook_of_an_expired_job_leaves_nothing(queue: JobQueue) -> None:
     webhooks, client = queue.store.webhooks, queue.store.client
     record = ended_match(queue)
-    assert webhooks.begin(record.id, "delivery", 1)
-    assert (webhooks.delivery_job(record.id), webhooks.attempts(record.id)) == ("delivery", 1)
+
+    def begin(attempt: int) -> None:
+        with client.pipeline() as pipe:
+            webhooks.begin(record.id, attempt, pipe)
+            pipe.execute()
+
+    begin(1)
+    assert webhooks.attempts(record.id) == 1
     client.delete(DEFAULT_KEYS.job(record.id))
-    assert not webhooks.begin(record.id, "delivery", 2)
+    begin(2)
     assert not client.exists(DEFAULT_KEYS.job(record.id))
+    client.zadd(DEFAULT_KEYS.webhooks, {record.id: 1.0})
     dispatch(queue, WebhookSettings())
-    assert webhooks.pending() == 0
+    assert client.zcard(DEFAULT_KEYS.webhooks) == 0
+    begin(3)
+    assert client.zcard(DEFAULT_KEYS.webhooks) == 0
 
 
 def test_an_ended_job_gets_no_further_time_slices(queue: JobQueue) -> None:

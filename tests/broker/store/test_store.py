@@ -187,7 +187,9 @@ def test_cancelling(store: Store) -> None:
     assert store.jobs.cancel(begun) is JobState.RUNNING
     assert not store.jobs.is_held(begun, "r")
     assert not store.jobs.report(begun, "r", Progress(stage="on", fraction=0.2))
-    assert store.jobs.cancel_requested(begun) is not None
+    (asked,) = store.jobs.active()
+    assert (asked.id, asked.state) == (begun, JobState.RUNNING)
+    assert asked.cancelled is not None
     assert store.jobs.finish_cancelled(begun, "r")
     # A cancelled job whose process is killed is cancelled, not repeated.
     killed = running(store.jobs)
@@ -422,9 +424,11 @@ def test_locks_belong_to_their_holder(store: Store) -> None:
     spectra = store.spectra
     assert spectra.lock(key, "me", 60.0)
     assert not spectra.lock(key, "you", 60.0)
-    spectra.release(key, "you")
+    with spectra.renewed(key, "you", 60.0):
+        pass
     assert spectra.locked(key)
-    spectra.release(key, "me")
+    with spectra.renewed(key, "me", 60.0):
+        pass
     assert spectra.lock(key, "you", 0.05)
     time.sleep(0.1)
     assert not spectra.locked(key)

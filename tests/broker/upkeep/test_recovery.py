@@ -17,7 +17,8 @@ from rq.serializers import JSONSerializer
 from broker.contracts import BatchPayload, JobState, MatchParameters, MatchPayload, shape_id
 from broker.queue import FairQueue, JobQueue
 from broker.store import DEFAULT_KEYS, Keys
-from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
+from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, Upkeep, recover
+from broker.webhooks import WebhookSettings
 from tests.worker.figures import blob_file
 from tests.workers import ended, horses, validation, worker
 
@@ -112,17 +113,31 @@ def test_a_half_expired_execution_does_not_end_recovery(queue: JobQueue, field: 
     assert states == {JobState.QUEUED}
 
 
+def test_running_jobs_are_looked_at_in_a_few_round_trips(queue: JobQueue) -> None:
+    client = queue.store.client
+    client.hset("rq:worker:gone", "birth", "long ago")
+    jobs = [executing(queue)[0] for _ in range(40)]
+    before = client.info("stats")["total_reads_processed"]
+    recover(queue)
+    assert client.info("stats")["total_reads_processed"] - before < len(jobs)
+    assert {queue.of("acme").store.jobs.state(job) for job in jobs} == {JobState.RUNNING}
+    client.hset("rq:worker:gone", "death", "now")
+    recover(queue)
+    assert set(queue.rq.current.get_job_ids()) == set(jobs)
+
+
 @pytest.mark.parametrize("ahead", [-60.0, 60.0])
 def test_a_process_whose_clock_is_wrong_recovers_nothing(
     queue: JobQueue, monkeypatch: pytest.MonkeyPatch, ahead: float
 ) -> None:
     job, _ = executing(queue)
-    clock = time.time
+    clock, upkeep = time.time, Upkeep(queue, WebhookSettings())
     monkeypatch.setattr(time, "time", lambda: clock() + ahead)
-    recover(queue)
+    upkeep.recover()
     assert queue.of("acme").store.jobs.state(job) is JobState.RUNNING
     monkeypatch.undo()
-    recover(queue)
+    # It has left the turn to others.
+    upkeep.recover()
     assert queue.of("acme").store.jobs.state(job) is JobState.QUEUED
 
 

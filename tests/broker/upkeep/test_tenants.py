@@ -97,15 +97,16 @@ def test_webhooks_of_a_tenant_are_delivered_by_its_jobs(queue: JobQueue) -> None
     dispatch(queue, WebhookSettings())
     (delivery,) = waiting(queue)
     assert waiting(queue) == {delivery: "acme"}
-    assert acme.store.webhooks.delivery_job(job) == delivery
-    assert queue.store.webhooks.delivery_job(job) is None
+    assert acme.store.webhooks.attempts(job) == 1
+    assert queue.store.webhooks.attempts(job) == 0
 
 
 def test_listings_of_all_tenants_are_swept(queue: JobQueue) -> None:
     own = queue.of("acme")
     job = own.submit(MATCH).id
     queue.store.client.delete(own.store.keys.job(job))
-    Sweep(queue.store).step()
+    for _ in range(20):
+        Sweep(queue.store).step()
     assert queue.store.client.zscore(own.store.keys.jobs, job) is None
 
 

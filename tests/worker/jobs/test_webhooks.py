@@ -34,8 +34,8 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
+from broker.store.webhooks import LEASE
 from broker.webhooks import WebhookSettings, dispatch, retry_delay
-from broker.webhooks.dispatch import LEASE
 from tests.receiver import Receiver, receiving
 from worker.jobs.delivery import Outcome, post
 from worker.jobs.runner import Runner
@@ -91,6 +91,11 @@ def told(queue: JobQueue, job: str) -> JobRecord:
     return record
 
 
+def pending(queue: JobQueue) -> int:
+    """Number of webhooks that are not delivered yet."""
+    return int(queue.store.client.zcard(DEFAULT_KEYS.webhooks))
+
+
 def tries(queue: JobQueue) -> list[str]:
     """The queued delivery jobs."""
     records = queue.store.jobs.records(queue.rq.current.get_job_ids())
@@ -111,7 +116,7 @@ def until_settled(queue: JobQueue, job: str, settings: WebhookSettings = SETTING
     """Deliver until the webhook is delivered or failed; return the number of attempts."""
     count = 0
     deadline = time.monotonic() + 240
-    while queue.store.webhooks.pending():
+    while pending(queue):
         assert time.monotonic() < deadline
         count += go_round(queue, settings)
         time.sleep(0.005)
@@ -194,7 +199,7 @@ def test_only_ended_jobs_with_a_webhook_are_delivered(queue: JobQueue, receiver:
     order = RequestOrigin(webhook=Webhook(url=here(receiver)))
     spectrum = SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)
     queue.store.jobs.cancel(queue.submit(spectrum, order).id)
-    assert queue.store.webhooks.pending() == 0
+    assert pending(queue) == 0
     assert told(queue, job).state is JobState.QUEUED
 
 
@@ -470,21 +475,45 @@ def test_a_lost_delivery_does_not_hold_back_others(queue: JobQueue, receiver: Re
     assert go_round(queue) == 1
     assert receiver.received[0].headers["isomatch-delivery"] == other
     # It is due again after its lease.
-    ((name, due),) = queue.store.webhooks.due(time.time() + LEASE, 10)
-    assert (name, due > time.time()) == (lost, True)
+    assert queue.store.webhooks.due(10) == []
+    due = queue.store.client.zscore(DEFAULT_KEYS.webhooks, lost)
+    assert due is not None
+    assert time.time() < due <= time.time() + LEASE
 
 
 def test_a_webhook_stays_due_if_another_is_queued_at_the_same_time(
-    queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+    queue: JobQueue, receiver: Receiver
 ) -> None:
     first, second = ended(queue, here(receiver)), ended(queue, here(receiver))
     queue.store.client.zadd(DEFAULT_KEYS.webhooks, {first: 1.0, second: 2.0})
-    dispatch(queue, SETTINGS)
-    monkeypatch.setattr(JobQueue, "is_delivering", lambda self: False)
-    dispatch(queue, SETTINGS)
-    assert len(tries(queue)) == 1
-    assert queue.store.webhooks.due(3.0, 10) == [(second, 2.0)]
+
+    def choose() -> tuple[DeliveryPayload, RequestOrigin]:
+        dispatch(queue, SETTINGS)  # another process, meanwhile
+        return DeliveryPayload(job=second, attempt=1), RequestOrigin()
+
+    queue.submit_delivery(choose)
+    (attempt,) = tries(queue)
+    payload = told(queue, attempt).payload
+    assert isinstance(payload, DeliveryPayload)
+    assert payload.job == first
+    assert queue.store.webhooks.due(10) == [second]
     assert queue.store.webhooks.attempts(second) == 0
+
+
+def test_the_last_attempt_is_not_given_up_while_it_is_in_flight(
+    queue: JobQueue, receiver: Receiver
+) -> None:
+    once = SETTINGS.model_copy(update={"webhook_attempts": 1})
+    job = ended(queue, here(receiver))
+    dispatch(queue, once)
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
+    dispatch(queue, once)
+    assert told(queue, job).delivery is None
+    (attempt,) = tries(queue)
+    Runner(queue, "me", once).run(attempt)
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert delivery.state is DeliveryState.DELIVERED
 
 
 def test_a_lost_delivery_is_repeated_a_limited_number_of_times(
@@ -505,21 +534,7 @@ def test_a_lost_delivery_is_repeated_a_limited_number_of_times(
     delivery = told(queue, job).delivery
     assert delivery is not None
     assert (delivery.state, delivery.attempts) == (DeliveryState.FAILED, 3)
-    assert queue.store.webhooks.pending() == 0
-
-
-def test_a_claim_without_a_delivery_job_expires(queue: JobQueue, receiver: Receiver) -> None:
-    job = ended(queue, here(receiver))
-    ((name, since),) = queue.store.webhooks.due(time.time() + 1, 10)
-    assert name == job
-    assert queue.store.webhooks.claim(job, since, time.time() + LEASE)
-    # Somebody else looked at the list at the same time, and another comes too early.
-    assert not queue.store.webhooks.claim(job, since, time.time() + LEASE)
-    assert go_round(queue) == 0
-    # Nothing was heard of it when its time was over.
-    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
-    assert until_settled(queue, job) == 1
-    assert len(receiver.received) == 1
+    assert pending(queue) == 0
 
 
 def test_an_expired_job_is_not_delivered(queue: JobQueue, receiver: Receiver) -> None:
@@ -529,7 +544,7 @@ def test_an_expired_job_is_not_delivered(queue: JobQueue, receiver: Receiver) ->
     queue.store.client.delete(DEFAULT_KEYS.job(late))
     (attempt,) = tries(queue)
     Runner(queue, "me", SETTINGS).run(attempt)
-    assert queue.store.webhooks.pending() == 0
+    assert pending(queue) == 0
     assert receiver.received == []
     assert queue.store.client.exists(DEFAULT_KEYS.job(late)) == 0
 
@@ -541,4 +556,4 @@ def test_a_damaged_record_does_not_hold_back_others(queue: JobQueue, receiver: R
     assert told(queue, other).delivery is not None
     assert len(receiver.received) == 1
     # It may be that of a newer version, and stays.
-    assert queue.store.webhooks.pending() == 1
+    assert pending(queue) == 1
