@@ -214,7 +214,7 @@ class Keys:
         return f"{self.prefix}job:{job_id}"
 
     def job_tombstone(self, job_id: str) -> str:
-        """Tombstone of a job: outlives its record."""
+        """Tombstone of a job: outlives its record; that of a batch is the number of its matches."""
         return f"{self.prefix}job:{job_id}:trace"
 
     def job_result(self, job_id: str) -> str:
@@ -230,7 +230,7 @@ class Keys:
         return f"{self.job_picture(job_id, variant)}:job"
 
     def job_chunks(self, job_id: str) -> str:
-        """Stage, counts and times of a job that is done in time slices, hash."""
+        """Stage, counts and times of a job that is done in time slices, or of a batch; hash."""
         return f"{self.prefix}job:{job_id}:parts"
 
     def chunk_holders(self, job_id: str) -> str:
@@ -246,7 +246,7 @@ class Keys:
         return f"{self.prefix}job:{job_id}:parts:{stage}:input"
 
     def time_slices(self, job_id: str) -> str:
-        """Set of the ids of the queued and running time slices of a job."""
+        """Set of the ids of the queued and running time slices of a job, or matches of a batch."""
         return f"{self.prefix}job:{job_id}:turns"
 
     def job_arrays(self, job_id: str) -> str:

@@ -33,7 +33,7 @@ def test_a_spectrum_whose_store_failed_is_queued_once(queue: JobQueue) -> None:
     store.check()
     one, other = (accepted(store, numbered(number)).id for number in range(2))
     match = MatchPayload(source=one, target=other, parameters=MatchParameters())
-    queue.submit_with_spectra(match)
+    queue.submit(match)
     spectrum = next(job for job in store.jobs.active() if job.kind is JobKind.SPECTRUM)
     assert isinstance(store.blobs.store, DirectoryBlobs)
     root = store.blobs.store.root
@@ -42,7 +42,7 @@ def test_a_spectrum_whose_store_failed_is_queued_once(queue: JobQueue) -> None:
         Runner(queue, "me", blob_patience=0.0).run(spectrum.id)
     volume.rename(root)
     assert store.jobs.lose(spectrum.id, 3, store_away()) is JobState.QUEUED
-    queue.submit_with_spectra(match)
+    queue.submit(match)
     assert sum(job.kind is JobKind.SPECTRUM for job in store.jobs.active()) == 2
 
 

@@ -230,7 +230,7 @@ def test_a_time_slice_reads_the_collection_once(
 ) -> None:
     monkeypatch.setattr("worker.jobs.comparison.CHUNK_SECONDS", 1e-9)
     easy = DissimilarityParameters(points=4)
-    job = queue.submit(new_job(imagined(queue.store, 21, easy))).id
+    job = queue.submit(imagined(queue.store, 21, easy)).id
     number, chunks = 1, queue.store.chunks
     while chunks.counts(job).stage != PAIRS:
         Runner(queue, "me").run(f"{job}-{number}")
