@@ -84,7 +84,6 @@ from broker.contracts.results import (
     RefinedPoint,
     Refinement,
     SampleProof,
-    no_alternative,
 )
 from broker.contracts.shapes import (
     MESH_FORMATS,
@@ -248,7 +247,6 @@ __all__ = [
     "is_prototype",
     "json_pointer",
     "maps_vertices",
-    "no_alternative",
     "prototype_id",
     "registered_formats",
     "sha256_of",

@@ -6,6 +6,7 @@ from typing import BinaryIO, Final, cast
 
 from pydantic import TypeAdapter
 
+from broker.blobs import BlobLost
 from broker.contracts import PicturePayload, Summary
 from broker.store.quotas import Quotas
 from broker.store.replies import text
@@ -35,6 +36,23 @@ class Results(TenantData):
             for job_id in job_ids:
                 pipe.exists(self.keys.job_result(job_id))
             return {one for one, kept in zip(job_ids, pipe.execute(), strict=True) if kept}
+
+    def is_whole(self, job_id: str) -> bool:
+        """Return whether a result is kept, without reading it.
+
+        Raises
+        ------
+        BlobLost
+            Its bytes are missing, or fewer or more.
+        BlobsAway, NotMigrated
+            As for all that reads it.
+        """
+        key = self.keys.job_result(job_id)
+        if self.blobs.reference(key) is None:
+            return False
+        if self.blobs.lost([key]):
+            raise BlobLost(key, "missing or damaged")
+        return True
 
     def arrays(self, job_id: str) -> bytes | None:
         """Return the result of a job as arrays, npz."""
