@@ -137,6 +137,7 @@ class JobQueue:
         data: bytes | BinaryIO,
         context: RequestOrigin = NO_REQUEST,
         admitted: JobRecord | None = None,
+        digest: str | None = None,
     ) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
@@ -150,6 +151,8 @@ class JobQueue:
             The request.
         admitted
             The job, if it was admitted already.
+        digest
+            SHA-256 of the bytes, if it is known.
 
         Returns
         -------
@@ -174,7 +177,7 @@ class JobQueue:
         def store_candidate(pipe: Pipeline) -> Callable[[], object]:
             nonlocal stored
             self.admit(record, quota)
-            stored = stored or uploads.put_candidate(*named, data, record.id)
+            stored = stored or uploads.put_candidate(*named, data, record.id, digest)
             try:
                 # Once more, in the transaction: others may have been taken meanwhile.
                 self.store.quotas.check(size, is_shape, pipe, quota)
