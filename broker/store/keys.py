@@ -225,6 +225,10 @@ class Keys:
         """Picture of a job's result, or the result in another format; a reference."""
         return f"{self.prefix}job:{job_id}:picture" + (f":{variant}" if variant else "")
 
+    def job_pictures(self, job_id: str) -> str:
+        """Set of the keys of the pictures of a job's result."""
+        return f"{self.prefix}job:{job_id}:pictures"
+
     def picture_job(self, job_id: str, variant: str = "") -> str:
         """Id of the job that draws such a picture."""
         return f"{self.job_picture(job_id, variant)}:job"

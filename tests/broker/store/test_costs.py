@@ -7,6 +7,7 @@ from broker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
+    PicturePayload,
 )
 from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Store
@@ -21,20 +22,32 @@ def commands(store: Store) -> int:
     return sum(one["calls"] for one in store.client.info("commandstats").values())
 
 
-def test_results_are_deleted_in_one_pass_over_what_is_kept(store: Store) -> None:
-    entries = {DEFAULT_KEYS.job_picture(f"other{number}"): 1.0 for number in range(5000)}
+def test_results_are_deleted_without_a_look_at_what_else_is_kept(store: Store) -> None:
     jobs = [f"job{number}" for number in range(20)]
-    pictures = [DEFAULT_KEYS.job_picture(job, "png") for job in jobs]
-    for job, picture in zip(jobs, pictures, strict=True):
-        store.blobs.save(DEFAULT_KEYS.job_arrays(job), b"arrays", 1000)
-        store.blobs.save(picture, b"picture", 1000)
+    pictures = [PicturePayload(job=job, view=view) for job in jobs for view in ("front", "left")]
+    for job in jobs:
+        store.blobs.save(DEFAULT_KEYS.job_result(job), b"result", 1000)
+    for picture in pictures:
+        store.results.set_picture(picture, b"picture")
+    entries = {DEFAULT_KEYS.job_picture(f"other{number}"): 1.0 for number in range(5000)}
     store.client.zadd(DEFAULT_KEYS.held, entries)
     before = calls(store, "zscan")
     assert store.results.delete(*jobs)
-    assert calls(store, "zscan") - before < len(jobs)
-    assert store.client.exists(*pictures) == 0
+    assert calls(store, "zscan") == before
+    assert not store.client.keys(DEFAULT_KEYS.job("job*"))
     assert store.client.zcard(DEFAULT_KEYS.held) == len(entries)
     assert not store.results.delete(*jobs)
+
+
+def test_a_picture_of_an_earlier_version_is_not_shown_without_its_result(store: Store) -> None:
+    picture = PicturePayload(job="job")
+    store.blobs.save(DEFAULT_KEYS.job_result("job"), b"result", 1000)
+    store.blobs.save(DEFAULT_KEYS.job_picture("job"), b"picture", 1000)
+    assert store.results.picture(picture) == b"picture"
+    assert store.results.delete("job")
+    assert store.results.picture(picture) is None
+    assert store.results.open_picture(picture) is None
+    assert 0 < store.client.ttl(DEFAULT_KEYS.job_picture("job")) <= 1000
 
 
 def test_a_cancelled_job_reads_only_jobs_of_its_shapes(queue: JobQueue) -> None:
