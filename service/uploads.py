@@ -22,6 +22,7 @@ from broker.contracts import (
     JobState,
     PrototypeRecord,
     UploadPayload,
+    sha256_of,
 )
 from broker.store import RecordLost, TooManyQueued
 from broker.telemetry import logger
@@ -266,7 +267,7 @@ class UploadKind(RecordKind[RecordT]):
         self,
         context: UploadContext,
         file: UploadFile,
-        describe: Callable[[BinaryIO], UploadPayload],
+        describe: Callable[[str], UploadPayload],
     ) -> Response:
         """Store an upload, wait until it is validated, and return the answer.
 
@@ -277,7 +278,7 @@ class UploadKind(RecordKind[RecordT]):
         file
             The upload.
         describe
-            Returns the payload of the validation job for the content of the file.
+            Returns the payload of the validation job of a file with this SHA-256.
 
         Raises
         ------
@@ -294,16 +295,17 @@ class UploadKind(RecordKind[RecordT]):
         if file.size is not None and file.size > service.settings.max_upload_bytes:
             raise UploadTooLarge.over(service.settings.max_upload_bytes)
         seconds = service.settings.validation_wait if context.wait is None else context.wait
-        refused = None
+        async with service.uploading:
+            digest = await run_in_threadpool(sha256_of, file.file)
+        payload, refused = describe(digest), None
         try:
-            accepted = await self._accept(context, file, describe)
+            known, job_id = await self._accept(context, file, payload, digest)
         except TooManyQueued as error:
             refused = error.record
         if refused is not None:
             # Clients that send many files at once would be refused otherwise.
             seconds = await _wait_for_place(context, refused, seconds)
-            accepted = await self._accept(context, file, describe, refused)
-        known, payload, job_id = accepted
+            known, job_id = await self._accept(context, file, payload, digest, refused)
         # Others take its place while the validation is awaited.
         await file.close()
         context.request.state.give_back_space()
@@ -316,16 +318,15 @@ class UploadKind(RecordKind[RecordT]):
         self,
         context: UploadContext,
         file: UploadFile,
-        describe: Callable[[BinaryIO], UploadPayload],
+        payload: UploadPayload,
+        digest: str,
         admitted: JobRecord | None = None,
-    ) -> tuple[RecordT | None, UploadPayload, str]:
+    ) -> tuple[RecordT | None, str]:
         """Return the record of content that is known, or submit its validation."""
         async with context.service.uploading:
-            payload = await run_in_threadpool(describe, file.file)
-            known, job_id = await run_in_threadpool(
-                self._submit, context, file.file, payload, admitted
+            return await run_in_threadpool(
+                self._submit, context, file.file, payload, digest, admitted
             )
-        return known, payload, job_id
 
     def show(self, record: RecordT, status: int = 200) -> Response:
         """Return the answer with a record and its address."""
@@ -364,6 +365,7 @@ class UploadKind(RecordKind[RecordT]):
         context: UploadContext,
         data: BinaryIO,
         payload: UploadPayload,
+        digest: str,
         admitted: JobRecord | None,
     ) -> tuple[RecordT | None, str]:
         service = context.service
@@ -383,7 +385,7 @@ class UploadKind(RecordKind[RecordT]):
         if known is not None:
             # The record stays: an equal upload may be restoring it now.
             log.warning("lost content is uploaded again", upload=payload.upload)
-        job_id = service.queue.submit_validation(payload, data, context.origin, admitted)
+        job_id = service.queue.submit_validation(payload, data, context.origin, admitted, digest)
         return None, job_id
 
     def _validated(

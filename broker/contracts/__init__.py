@@ -60,6 +60,7 @@ from broker.contracts.prototypes import (
     PrototypeSurface,
     is_prototype,
     prototype_id,
+    prototype_id_of,
 )
 from broker.contracts.registrations import (
     MOST_REGISTERED,
@@ -84,7 +85,6 @@ from broker.contracts.results import (
     RefinedPoint,
     Refinement,
     SampleProof,
-    no_alternative,
 )
 from broker.contracts.shapes import (
     MESH_FORMATS,
@@ -93,6 +93,7 @@ from broker.contracts.shapes import (
     ViewAxes,
     file_type_of,
     shape_id,
+    shape_id_of,
 )
 from broker.contracts.solver_options import GREATEST
 from broker.contracts.spectra import (
@@ -122,6 +123,7 @@ from broker.contracts.transfers import (
     TransferResult,
     attribute_format_of,
     attributes_id,
+    attributes_id_of,
 )
 from broker.contracts.vertices import Vertex
 from broker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookEvent
@@ -240,6 +242,7 @@ __all__ = [
     "WebhookEvent",
     "attribute_format_of",
     "attributes_id",
+    "attributes_id_of",
     "catalogue",
     "export_refusal",
     "exports_of",
@@ -248,11 +251,12 @@ __all__ = [
     "is_prototype",
     "json_pointer",
     "maps_vertices",
-    "no_alternative",
     "prototype_id",
+    "prototype_id_of",
     "registered_formats",
     "sha256_of",
     "shape_id",
+    "shape_id_of",
     "spectrum_key",
     "subject_of",
 ]

@@ -21,7 +21,12 @@ ARCHIVE_TYPE: Final = "npz"
 
 def prototype_id(archive: bytes | BinaryIO) -> str:
     """Return the id of a prototype: its prefix, and 32 hexadecimal digits of a SHA-256."""
-    return PROTOTYPE_PREFIX + sha256_of(archive)[:32]
+    return prototype_id_of(sha256_of(archive))
+
+
+def prototype_id_of(digest: str) -> str:
+    """Return the id of the prototype whose archive has this SHA-256."""
+    return PROTOTYPE_PREFIX + digest[:32]
 
 
 def is_prototype(source: str) -> bool:

@@ -5,7 +5,6 @@ from typing import Annotated, ClassVar, Final, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.parameters import MatchParameters
-from broker.contracts.problems import FieldProblem
 from broker.contracts.result_document import ResultDocument
 
 LIKELY_RIGHT: Final = 0.5
@@ -403,18 +402,3 @@ class MatchResult(ResultDocument):
         description="Repairs of the meshes, limits that were reached, and doubts."
     )
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')
-
-
-def no_alternative(asked: int, count: int) -> tuple[str, FieldProblem]:
-    """Return the error of a missing alternative: the message, and the problem of the field.
-
-    Parameters
-    ----------
-    asked
-        Number of the one that is to be drawn.
-    count
-        How many there are.
-    """
-    there = f"it has {count}, numbered from 1" if count else "it has none"
-    detail = f"The match has no alternative {asked}: {there}; 0 is the match itself."
-    return detail, FieldProblem(field="query.alternative", message=there)

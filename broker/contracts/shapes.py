@@ -42,7 +42,12 @@ UPRIGHT: Final[ViewAxes] = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 def shape_id(data: bytes | BinaryIO) -> str:
     """Return the id of a file: the first 32 hexadecimal digits of its SHA-256."""
-    return sha256_of(data)[:32]
+    return shape_id_of(sha256_of(data))
+
+
+def shape_id_of(digest: str) -> str:
+    """Return the id of the file that has this SHA-256."""
+    return digest[:32]
 
 
 def file_type_of(filename: str) -> str | None:

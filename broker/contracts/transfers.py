@@ -31,7 +31,12 @@ AttributeElement: TypeAlias = Literal["vertices", "faces"]
 
 def attributes_id(data: bytes | BinaryIO) -> str:
     """Return the id of an attribute file: its prefix, and 32 hexadecimal digits of a SHA-256."""
-    return _PREFIX + sha256_of(data)[:32]
+    return attributes_id_of(sha256_of(data))
+
+
+def attributes_id_of(digest: str) -> str:
+    """Return the id of the attribute file that has this SHA-256."""
+    return _PREFIX + digest[:32]
 
 
 def attribute_format_of(filename: str) -> str | None:

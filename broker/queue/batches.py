@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
+from redis.client import Pipeline
 from redis.exceptions import WatchError
 
 from broker.contracts import (
@@ -24,10 +25,10 @@ from broker.contracts import (
     Progress,
     Summary,
 )
-from broker.queue.new_jobs import batch_match_id, new_batch_match
+from broker.queue.new_jobs import batch_match_id, new_batch_match, parsed_match_id
 from broker.queue.rq_queues import RqQueues
 from broker.queue.workers import worker_states
-from broker.store import Store, text
+from broker.store import QueuedMatches, Store, states_of
 
 _EXPIRED = Problem.of(ProblemType.JOB_EXPIRED, "The match ended long ago and is no longer kept.")
 
@@ -57,13 +58,11 @@ class Batches:
         """
         window = max(len(worker_states(self.store.client)), 1)
         while (record := self._active(batch)) is not None:
-            states = self._states(record)
-            waiting = [place for place, state in enumerate(states) if state is None]
-            live = sum(state is not None and not state.ended for state in states)
-            if not waiting or live >= window:
-                self._report(record, states)
+            found = self._look(record)
+            if found.next == _count(record) or len(found.live) >= window:
+                self._report(record, found.ended)
                 return
-            self._queue(record, waiting[0])
+            self._queue(record, found.next)
 
     def begin(self, batch: str) -> bool:
         """Start a batch with the first of its matches; False if it has ended, or is cancelled."""
@@ -72,17 +71,17 @@ class Batches:
             record = jobs.get(batch)
             # Later matches find the progress of those before.
             if record is not None and record.progress.stage == JobState.QUEUED.value:
-                self._report(record, self._states(record))
+                self._report(record, self._look(record).ended)
         return jobs.is_held(batch, batch)
 
     def matches(self, record: JobRecord) -> tuple[BatchMatch, ...]:
         """Return what is known of the matches of a batch, in the order of its targets."""
-        assert isinstance(record.payload, BatchPayload)
-        count = len(record.payload.targets)
-        names = [batch_match_id(record.id, place) for place in range(count)]
+        names = [batch_match_id(record.id, place) for place in range(_count(record))]
         found = self.store.jobs.records(names)
+        missing = [name for name, one in zip(names, found, strict=True) if one is None]
+        states = self._states(missing)
         summaries = self.store.results.summaries(names)
-        known = zip(self._states(record), found, summaries, strict=True)
+        known = zip(map(states.get, names), found, summaries, strict=True)
         return tuple(_match(record, place, *one) for place, one in enumerate(known))
 
     def waiting_match(self, match: str) -> JobRecord | None:
@@ -100,8 +99,8 @@ class Batches:
 
     def expired(self, match: str) -> bool:
         """Return whether a match has expired together with its batch, which never queued it."""
-        batch = match.rpartition("-")[0]
-        return self.store.jobs.expired(batch) and not self.store.jobs.exists(batch)
+        batch, place = parsed_match_id(match)
+        return place < self.store.jobs.matches_of(batch) and not self.store.jobs.exists(batch)
 
     def queue_waiting(self, match: str) -> None:
         """Queue a match of an active batch before its turn, unless it is or was queued."""
@@ -111,8 +110,14 @@ class Batches:
 
     def live(self, record: JobRecord) -> list[str]:
         """Return the ids of the matches of a batch that are queued or running."""
-        states = enumerate(self._states(record))
-        return [batch_match_id(record.id, at) for at, one in states if one and not one.ended]
+        return list(self._look(record).live)
+
+    def enqueue(self, match: JobRecord, pipe: Pipeline) -> None:
+        """Queue a match, as part of a transaction."""
+        assert match.batch is not None
+        self.rq.enqueue(match, pipe)
+        self.store.jobs.create(match, pipe)
+        self.store.chunks.add_time_slice(match.batch, match.id, pipe)
 
     def _active(self, batch: str) -> JobRecord | None:
         record = self.store.jobs.get(batch)
@@ -120,29 +125,30 @@ class Batches:
 
     def _waiting(self, match: str) -> tuple[JobRecord, int] | None:
         """Batch of a match that was never queued, and its place there."""
-        record = self.store.jobs.get(match.rpartition("-")[0])
+        batch, place = parsed_match_id(match)
+        record = self.store.jobs.get(batch) if batch else None
         if record is None or not isinstance(record.payload, BatchPayload):
             return None
-        names = [batch_match_id(record.id, place) for place in range(len(record.payload.targets))]
-        if match not in names or self.store.jobs.expired(match):
+        if place >= _count(record) or self.store.jobs.expired(match):
             return None
-        return record, names.index(match)
+        return record, place
 
-    def _states(self, record: JobRecord) -> list[JobState | None]:
-        """State of each match; ``None`` before it is queued, and failed when it has expired."""
-        assert isinstance(record.payload, BatchPayload)
-        count = len(record.payload.targets)
-        names = [batch_match_id(record.id, place) for place in range(count)]
+    def _look(self, record: JobRecord) -> QueuedMatches:
+        return self.store.chunks.matches(record.id, _count(record))
+
+    def _states(self, matches: Sequence[str]) -> dict[str, JobState]:
+        """States of matches by id: failed if it has expired, none before it is queued."""
+        keys = self.store.keys
+        found = states_of(self.store, matches)
         with self.store.client.pipeline(transaction=False) as pipe:
-            for name in names:
-                pipe.hget(self.store.keys.job(name), "state")
-                pipe.exists(self.store.keys.job_tombstone(name))
-            replies = pipe.execute()
-        found = zip(replies[::2], replies[1::2], strict=True)
-        return [
-            JobState(text(state)) if state else (JobState.FAILED if begun else None)
-            for state, begun in found
-        ]
+            for one in matches:
+                pipe.exists(keys.job_tombstone(one))
+            begun = pipe.execute()
+        return {
+            one: state or JobState.FAILED
+            for one, state, was_queued in zip(matches, found, begun, strict=True)
+            if state or was_queued
+        }
 
     def _queue(self, record: JobRecord, place: int) -> None:
         """Queue a match, unless another process has, or the batch has changed meanwhile."""
@@ -154,15 +160,13 @@ class Batches:
             if state is None or state.ended or self.store.jobs.expired(match.id):
                 return
             try:
-                self.rq.enqueue(match, pipe)
-                self.store.jobs.create(match, pipe)
+                self.enqueue(match, pipe)
                 pipe.execute()
             except WatchError:
                 return
 
-    def _report(self, record: JobRecord, states: Sequence[JobState | None]) -> None:
-        jobs, count = self.store.jobs, len(states)
-        ended = sum(state is not None and state.ended for state in states)
+    def _report(self, record: JobRecord, ended: int) -> None:
+        jobs, count = self.store.jobs, _count(record)
         if ended == count:
             self._finish(record)
         else:
@@ -190,6 +194,13 @@ class Batches:
         document = result.model_dump_json().encode()
         if jobs.succeed(record.id, record.id, document):
             self.store.counters.observe(record.kind, {"total": seconds})
+        # Whoever else notices the end may just have recorded it again.
+        self.store.chunks.delete(record.id)
+
+
+def _count(record: JobRecord) -> int:
+    assert isinstance(record.payload, BatchPayload)
+    return len(record.payload.targets)
 
 
 def _unqueued(batch: JobRecord) -> JobState:
@@ -207,12 +218,12 @@ def _match(
     payload = batch.payload
     assert isinstance(payload, BatchPayload)
     error = None if record is None else record.error
-    if state is None:
-        shown = _unqueued(batch)
-    elif record is None:
-        shown, error = state, _EXPIRED
-    else:
+    if record is not None:
         shown = record.state
+    elif state is None:
+        shown = _unqueued(batch)
+    else:
+        shown, error = state, _EXPIRED
     done = shown is JobState.SUCCEEDED
     return BatchMatch(
         target=payload.targets[place],

@@ -1,5 +1,6 @@
 """Records of new jobs."""
 
+import re
 from datetime import UTC, datetime
 from typing import Final
 from uuid import uuid4
@@ -9,6 +10,9 @@ from broker.tracing import traceparent
 
 NO_REQUEST: Final = RequestOrigin()
 """Context of a job that no request submitted."""
+
+
+_MATCH: Final = re.compile(r"(.+)-([1-9][0-9]{0,8})")
 
 
 def new_job(payload: Payload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
@@ -62,6 +66,12 @@ def new_batch_match(record: JobRecord, place: int) -> JobRecord:
 def batch_match_id(batch: str, place: int) -> str:
     """Return the id of the match with the target at a place of a batch, counted from 0."""
     return f"{batch}-{place + 1}"
+
+
+def parsed_match_id(job: str) -> tuple[str, int]:
+    """Return the batch and the place there that an id names; no batch if it is that of no match."""
+    named = _MATCH.fullmatch(job)
+    return ("", 0) if named is None else (named[1], int(named[2]) - 1)
 
 
 def time_slice_id(record: JobRecord, number: int) -> str:

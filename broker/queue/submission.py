@@ -4,7 +4,7 @@ A job that is done in time slices is not queued itself: its time slices are, and
 the next. Nor is a batch: its matches are.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import BinaryIO, Final, Self
@@ -15,7 +15,6 @@ from broker.blobs import BlobError
 from broker.contracts import (
     BatchPayload,
     DeliveryPayload,
-    DissimilaritiesPayload,
     IdempotencyRecord,
     JobKind,
     JobRecord,
@@ -31,7 +30,6 @@ from broker.contracts import (
 from broker.queue.batches import Batches
 from broker.queue.new_jobs import (
     NO_REQUEST,
-    batch_match_id,
     new_batch_match,
     new_job,
     new_time_slice,
@@ -40,12 +38,24 @@ from broker.queue.prefetch import SpectralPayload, needed_by_others, wanted_spec
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import any_worker, worker_states
-from broker.store import BlobReference, Quota, QuotaExceeded, Store, any_running, size_of, transact
+from broker.store import (
+    BlobReference,
+    Quota,
+    QuotaExceeded,
+    Store,
+    are_running,
+    size_of,
+    text,
+    transact,
+)
 from broker.telemetry import logger
 
 _MARKED_SECONDS: Final = 86400
 """Seconds for which a key names the job that draws a picture, computes a spectrum or delivers a
 webhook: longer than that waits. It counts only until the job has ended."""
+
+_IN_PARTS: Final = JobKind.DISSIMILARITIES, JobKind.BATCH
+"""Kinds of jobs that are not queued themselves: their time slices or matches are."""
 
 log = logger("isomatch.queue")
 
@@ -128,6 +138,7 @@ class JobQueue:
         data: bytes | BinaryIO,
         context: RequestOrigin = NO_REQUEST,
         admitted: JobRecord | None = None,
+        digest: str | None = None,
     ) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
@@ -141,6 +152,8 @@ class JobQueue:
             The request.
         admitted
             The job, if it was admitted already.
+        digest
+            SHA-256 of the bytes, if it is known.
 
         Returns
         -------
@@ -165,7 +178,7 @@ class JobQueue:
         def store_candidate(pipe: Pipeline) -> Callable[[], object]:
             nonlocal stored
             self.admit(record, quota)
-            stored = stored or uploads.put_candidate(*named, data, record.id)
+            stored = stored or uploads.put_candidate(*named, data, record.id, digest)
             try:
                 # Once more, in the transaction: others may have been taken meanwhile.
                 self.store.quotas.check(size, is_shape, pipe, quota)
@@ -293,6 +306,7 @@ class JobQueue:
             # The others will not be queued any more.
             for match in self.batches.live(record):
                 self.cancel(match)
+            self.store.chunks.delete(job_id)
 
     def resume(self, record: JobRecord) -> None:
         """Queue a lost job again."""
@@ -309,18 +323,22 @@ class JobQueue:
         states = self.store.chunks.time_slices(job_id).values() if waiting else ()
         return waiting > sum(state is JobState.QUEUED for state in states)
 
-    def gives_way(self, record: JobRecord) -> bool:
-        """Return whether a running job waits, because none of its parts is running."""
-        payload = record.payload
-        if record.state is not JobState.RUNNING:
-            return False
-        if isinstance(payload, DissimilaritiesPayload):
-            parts = list(self.store.chunks.time_slices(record.id))
-        elif isinstance(payload, BatchPayload):
-            parts = [batch_match_id(record.id, place) for place in range(len(payload.targets))]
-        else:
-            return False
-        return not any_running(self.store, parts)
+    def giving_way(self, records: Iterable[JobRecord]) -> set[str]:
+        """Return the ids of running jobs that wait, because none of their parts is running."""
+        running = [
+            record.id
+            for record in records
+            if record.state is JobState.RUNNING and record.kind in _IN_PARTS
+        ]
+        if not running:
+            return set()
+        with self.store.client.pipeline(transaction=False) as pipe:
+            for job in running:
+                pipe.smembers(self.store.keys.time_slices(job))
+            parts = dict(zip(running, pipe.execute(), strict=True))
+        whose = {text(part): job for job in running for part in parts[job]}
+        worked_on = zip(whose.values(), are_running(self.store, list(whose)), strict=True)
+        return set(running) - {job for job, is_running in worked_on if is_running}
 
     def workers(self) -> int:
         """Return the number of live workers."""
@@ -335,9 +353,7 @@ class JobQueue:
             self._enqueue_time_slice(record, 1, pipe)
             self.store.chunks.create(record.id, pipe)
         elif record.kind is JobKind.BATCH:
-            first = new_batch_match(record, 0)
-            self.rq.enqueue(first, pipe)
-            self.store.jobs.create(first, pipe)
+            self.batches.enqueue(new_batch_match(record, 0), pipe)
         else:
             self.rq.enqueue(record, pipe)
 

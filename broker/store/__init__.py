@@ -14,7 +14,7 @@ from broker.store.admission import Admission, KeyReused, TooManyQueued
 from broker.store.api_keys import ApiKeys, NameTaken, NoSuchKey, StoredKey
 from broker.store.attributes import Attributes
 from broker.store.blobs import FOLDERS, BlobReference, Blobs, pieces, size_of
-from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
+from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, QueuedMatches, StageCounts
 from broker.store.connections import (
     CACHE_PAUSE,
     CACHE_TIMEOUT,
@@ -40,7 +40,7 @@ from broker.store.spectra import Spectra, SpectrumCounts
 from broker.store.tenant_data import TenantData
 from broker.store.transactions import transact
 from broker.store.uploads import CandidateGone, Uploads
-from broker.store.watching import any_running, have_ended, signs
+from broker.store.watching import are_running, have_ended, signs, states_of
 from broker.store.webhooks import Webhooks
 
 __all__ = [
@@ -74,6 +74,7 @@ __all__ = [
     "NotOnDisk",
     "Page",
     "Prototypes",
+    "QueuedMatches",
     "Quota",
     "QuotaExceeded",
     "Quotas",
@@ -90,7 +91,7 @@ __all__ = [
     "TooManyQueued",
     "Uploads",
     "Webhooks",
-    "any_running",
+    "are_running",
     "connect",
     "have_ended",
     "memory",
@@ -98,6 +99,7 @@ __all__ = [
     "renewed",
     "signs",
     "size_of",
+    "states_of",
     "sweep",
     "text",
     "transact",

@@ -14,6 +14,7 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import BinaryIO, Final, Self
 from uuid import uuid4
 
@@ -111,18 +112,26 @@ class Blobs:
     client: Redis
     store: BlobStore
 
-    def put(self, key: str, data: bytes | BinaryIO) -> BlobReference:
-        """Store bytes or a file, and return the reference that is to be linked under a key."""
-        found = BlobReference(uuid4().hex, size_of(data), sha256_of(data))
+    def put(self, key: str, data: bytes | BinaryIO, digest: str | None = None) -> BlobReference:
+        """Store bytes or a file, and return the reference that is to be linked under a key.
+
+        Their SHA-256 is computed if it is not known.
+        """
+        found = BlobReference(uuid4().hex, size_of(data), digest or sha256_of(data))
         self.store.put(found.path(key), data)
         return found
 
-    def put_all(self, contents: Mapping[str, bytes]) -> dict[str, BlobReference]:
-        """Store bytes under several keys, all or none, and return the references by key."""
+    def put_all(
+        self, contents: Mapping[str, bytes], digests: Mapping[str, str] = MappingProxyType({})
+    ) -> dict[str, BlobReference]:
+        """Store bytes under several keys, all or none, and return the references by key.
+
+        The SHA-256 of some may be known.
+        """
         stored: dict[str, BlobReference] = {}
         try:
             for key, data in contents.items():
-                stored[key] = self.put(key, data)
+                stored[key] = self.put(key, data, digests.get(key))
         except BlobError:
             # On a disk that is full, what is useless must not wait for the sweep.
             self.discard(stored.items())

@@ -7,6 +7,8 @@ result of a chunk is stored as soon as it is done, and never computed again. Eac
 (:mod:`broker.store.scripts`).
 
 A stage without unfinished chunks is *done*; the time slice that notices opens the next one.
+
+A batch has matches instead of time slices, and no chunks: only how far it is.
 """
 
 from collections.abc import Mapping
@@ -22,6 +24,7 @@ from broker.store import scripts
 from broker.store.connections import DAY
 from broker.store.replies import blob, text
 from broker.store.tenant_data import TenantData
+from broker.store.watching import states_of
 
 _LEAST_TTL: Final = 30 * DAY
 """Seconds a stage without finished chunks is kept at least, even where records expire sooner: a job
@@ -84,6 +87,26 @@ class StageCounts:
     size: int
     claims: int
     seconds: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class QueuedMatches:
+    """How far a batch is.
+
+    Parameters
+    ----------
+    next
+        Place of the first match that was not queued yet; the number of matches if there is none.
+        Some of those behind it may have been queued before their turn.
+    ended
+        Number of matches that have ended.
+    live
+        States of the matches that are queued or running, by id.
+    """
+
+    next: int
+    ended: int
+    live: Mapping[str, JobState]
 
 
 @dataclass(frozen=True)
@@ -173,13 +196,9 @@ class Chunks(TenantData):
         return StageCounts(fields.get("stage", ""), count, done, begun, size, claims, seconds)
 
     def add_time_slice(self, job_id: str, time_slice: str, pipe: Pipeline) -> None:
-        """Record that a time slice is queued, as part of a transaction."""
+        """Record that a time slice, or a match of a batch, is queued, as part of a transaction."""
         pipe.sadd(self.keys.time_slices(job_id), time_slice)
         pipe.expire(self.keys.time_slices(job_id), self._ttl)
-
-    def end_time_slice(self, job_id: str, time_slice: str) -> None:
-        """Record that a time slice has ended."""
-        self.client.srem(self.keys.time_slices(job_id), time_slice)
 
     def number_time_slice(self, job_id: str) -> int | None:
         """Return the number of a new time slice, from 2; None if the job has ended."""
@@ -187,18 +206,33 @@ class Chunks(TenantData):
 
     def time_slices(self, job_id: str) -> dict[str, JobState]:
         """Return the states of the time slices that have not ended, by id."""
-        found: dict[str, JobState] = {}
-        for member in self.client.smembers(self.keys.time_slices(job_id)):
-            time_slice = text(member)
-            state = self.client.hget(self.keys.job(time_slice), "state")
-            if state is not None and not JobState(text(state)).ended:
-                found[time_slice] = JobState(text(state))
-            else:
-                self.end_time_slice(job_id, time_slice)
+        key = self.keys.time_slices(job_id)
+        queued = [text(member) for member in self.client.smembers(key)]
+        states = states_of(self, queued)
+        found = {
+            time_slice: state
+            for time_slice, state in zip(queued, states, strict=True)
+            if state is not None and not state.ended
+        }
+        if ended := set(queued) - set(found):
+            self.client.srem(key, *ended)
         return found
 
+    def matches(self, batch: str, count: int) -> QueuedMatches:
+        """Return how far a batch of so many matches is.
+
+        What was recorded is completed: also if an earlier version queued matches.
+        """
+        names = [self.keys.job_chunks(batch), self.keys.time_slices(batch)]
+        arguments = self.keys.job(""), batch, count, self._ttl
+        following, ended, *live = scripts.BATCH_MATCHES(self.client, names, *arguments)
+        states = zip(live[::2], live[1::2], strict=True)
+        return QueuedMatches(
+            following, ended, {text(match): JobState(text(state)) for match, state in states}
+        )
+
     def delete(self, job_id: str) -> None:
-        """Delete the chunks of a job that has ended."""
+        """Delete what is kept of the parts of a job that has ended."""
         names = [
             self.keys.job_chunks(job_id),
             self.keys.chunk_holders(job_id),

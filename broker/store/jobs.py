@@ -21,6 +21,7 @@ from typing import Final, TypeAlias, cast
 from redis.client import Pipeline
 
 from broker.contracts import (
+    BatchPayload,
     Delivery,
     JobKind,
     JobRecord,
@@ -37,6 +38,7 @@ from broker.store.records import NewerRecord, job_document, read_record, readabl
 from broker.store.replies import text
 from broker.store.scripts import LuaScript
 from broker.store.tenant_data import TenantData
+from broker.store.watching import kinds_and_states
 
 _ACTIVE: Final = "state", "kind", "cancel"
 """Fields of an :class:`ActiveJob`."""
@@ -87,7 +89,7 @@ class Jobs(TenantData):
         ttl = self.settings.job_ttl + self.settings.trace_ttl
         if record.kind.has_result:
             fields["trace"] = str(self.settings.trace_ttl)
-            pipe.set(self.keys.job_tombstone(record.id), b"", ex=ttl)
+            pipe.set(self.keys.job_tombstone(record.id), _matches(record) or "", ex=ttl)
         else:
             fields["kept"] = str(min(self.settings.job_ttl, _SERVING_SECONDS))
         if record.webhook is not None:
@@ -144,6 +146,10 @@ class Jobs(TenantData):
         """Wait as :meth:`Durability.wait` does until a job is on the disk."""
         self.durability.wait(self.keys.job(job_id))
 
+    def matches_of(self, batch: str) -> int:
+        """Return the number of matches of a batch, which may have expired; 0 of other jobs."""
+        return int(self.client.get(self.keys.job_tombstone(batch)) or 0)
+
     def state(self, job_id: str) -> JobState | None:
         """Return the state of a job."""
         state = self.client.hget(self.keys.job(job_id), "state")
@@ -194,10 +200,19 @@ class Jobs(TenantData):
         def matches(record: JobRecord) -> bool:
             return (not states or record.state in states) and kind in (None, record.kind)
 
+        def may_match(names: Sequence[str]) -> list[bool]:
+            # Records are read whole, and may be large.
+            known = kinds_and_states(self, names)
+            return [
+                one is None or (kind in (None, one[0]) and (not states or one[1] in states))
+                for one in known
+            ]
+
         key = self.keys.jobs_in(*states) if len(states) == 1 else self.keys.jobs
         state = "+".join(sorted(states)) or None
         listing = Listing(self.client, key if of is None else self.keys.jobs_of(of), self.keys.job)
-        return listing.page(limit, cursor, self.records, matches, f"{state} {kind}")
+        filters = f"{state} {kind}"
+        return listing.page(limit, cursor, self.records, matches, filters, may_match)
 
     def active(self) -> Iterator[ActiveJob]:
         """Iterate over all jobs that have not ended, of kinds and in states that are known."""
@@ -356,6 +371,10 @@ class Jobs(TenantData):
         names += [self.keys.job_arrays(job_id), self.keys.job_summary(job_id)]
         names += [self.keys.validating]
         return script(self.client, names, job_id, *arguments)
+
+
+def _matches(record: JobRecord) -> int:
+    return len(record.payload.targets) if isinstance(record.payload, BatchPayload) else 0
 
 
 def _record(reply: _Fields) -> JobRecord:

@@ -217,7 +217,7 @@ class Keys:
         return f"{self.prefix}job:{job_id}"
 
     def job_tombstone(self, job_id: str) -> str:
-        """Tombstone of a job: outlives its record."""
+        """Tombstone of a job: outlives its record; that of a batch is the number of its matches."""
         return f"{self.prefix}job:{job_id}:trace"
 
     def job_result(self, job_id: str) -> str:
@@ -228,12 +228,16 @@ class Keys:
         """Picture of a job's result, or the result in another format; a reference."""
         return f"{self.prefix}job:{job_id}:picture" + (f":{variant}" if variant else "")
 
+    def job_pictures(self, job_id: str) -> str:
+        """Set of the keys of the pictures of a job's result."""
+        return f"{self.prefix}job:{job_id}:pictures"
+
     def picture_job(self, job_id: str, variant: str = "") -> str:
         """Id of the job that draws such a picture."""
         return f"{self.job_picture(job_id, variant)}:job"
 
     def job_chunks(self, job_id: str) -> str:
-        """Stage, counts and times of a job that is done in time slices, hash."""
+        """Stage, counts and times of a job that is done in time slices, or of a batch; hash."""
         return f"{self.prefix}job:{job_id}:parts"
 
     def chunk_holders(self, job_id: str) -> str:
@@ -249,7 +253,7 @@ class Keys:
         return f"{self.prefix}job:{job_id}:parts:{stage}:input"
 
     def time_slices(self, job_id: str) -> str:
-        """Set of the ids of the queued and running time slices of a job."""
+        """Set of the ids of the queued and running time slices of a job, or matches of a batch."""
         return f"{self.prefix}job:{job_id}:turns"
 
     def job_arrays(self, job_id: str) -> str:

@@ -61,14 +61,17 @@ class Listing:
         fetch: Callable[[Sequence[str]], Sequence[ItemT | None]],
         matches: Callable[[ItemT], bool] = lambda item: True,
         filters: str = "",
+        may_match: Callable[[Sequence[str]], Sequence[bool]] = lambda names: [True] * len(names),
     ) -> Page[ItemT]:
         """Return the entries after `cursor` that match, at most `limit`, the newest first.
 
         `filters` says which match; cursors of pages with other filters are refused.
 
         `fetch` returns several records, None for each that has expired or cannot be read. Those are
-        skipped; those that have expired are removed from the listing. After `MOST_SKIPPED` skipped
-        entries the page ends, with fewer entries or none, and its cursor continues behind them.
+        skipped; those that have expired are removed from the listing. Entries that do not match
+        according to `may_match`, which needs not read them, are not fetched. After `MOST_SKIPPED`
+        skipped entries the page ends, with fewer entries or none, and its cursor continues behind
+        them.
         """
         scope = f"{self.key} {filters}"
         last = None if cursor is None else _decode(cursor, scope)
@@ -76,15 +79,21 @@ class Listing:
         skipped = 0
         while len(items) < limit and skipped < MOST_SKIPPED:
             # The more were in vain, the more are read at once.
-            entries = self._entries(last, max(limit - len(items), skipped))
+            wanted = limit - len(items)
+            count = min(max(wanted, skipped), wanted + MOST_SKIPPED - skipped)
+            entries = self._entries(last, count)
             if not entries:
                 return Page(tuple(items), None)
-            found = fetch([member for member, _ in entries])
-            for (member, score), item in zip(entries, found, strict=True):
-                if len(items) == limit or skipped == MOST_SKIPPED:
+            names = [member for member, _ in entries]
+            fitting = [one for one, fits in zip(names, may_match(names), strict=True) if fits]
+            fetched, left = fitting[:wanted], fitting[wanted:]
+            found = dict(zip(fetched, fetch(fetched), strict=True)) if fetched else {}
+            for member, score in entries:
+                if len(items) == limit or skipped == MOST_SKIPPED or member in left[:1]:
                     break
                 last = (score, member)
-                if item is None:
+                item = found.get(member)
+                if member in found and item is None:
                     self.unlist(member, self.client)
                 if item is not None and matches(item):
                     items.append(item)

@@ -6,6 +6,7 @@ from typing import BinaryIO, Final, cast
 
 from pydantic import TypeAdapter
 
+from broker.blobs import BlobLost
 from broker.contracts import PicturePayload, Summary
 from broker.store.quotas import Quotas
 from broker.store.replies import text
@@ -36,6 +37,23 @@ class Results(TenantData):
                 pipe.exists(self.keys.job_result(job_id))
             return {one for one, kept in zip(job_ids, pipe.execute(), strict=True) if kept}
 
+    def is_whole(self, job_id: str) -> bool:
+        """Return whether a result is kept, without reading it.
+
+        Raises
+        ------
+        BlobLost
+            Its bytes are missing, or fewer or more.
+        BlobsAway, NotMigrated
+            As for all that reads it.
+        """
+        key = self.keys.job_result(job_id)
+        if self.blobs.reference(key) is None:
+            return False
+        if self.blobs.lost([key]):
+            raise BlobLost(key, "missing or damaged")
+        return True
+
     def arrays(self, job_id: str) -> bytes | None:
         """Return the result of a job as arrays, npz."""
         return self.blobs.get(self.keys.job_arrays(job_id))
@@ -47,7 +65,8 @@ class Results(TenantData):
     def delete(self, *job_ids: str) -> bool:
         """Delete the results of jobs, with arrays and pictures; False if there was none.
 
-        The keys of all that the tenant keeps are looked through, once for all of the jobs.
+        Pictures that an earlier version has made are not known; they are not returned any more, and
+        expire when the result would have.
         """
         self.client.delete(*map(self.keys.job_summary, job_ids))
         # Not `any` of a generator, which would end with the first result.
@@ -55,12 +74,13 @@ class Results(TenantData):
             self._delete([self.keys.job_result(one), self.keys.job_arrays(one)]) for one in job_ids
         ]
         # Pictures last: without the result, none that is stored from now on is kept.
-        shown = {self.keys.job_picture(one) for one in job_ids}
-        match = self.keys.job_picture(job_ids[0] if len(job_ids) == 1 else "*") + "*"
-        for key, _ in self.client.zscan_iter(self.keys.held, match=match, count=1000):
-            name = text(key)
-            if name[: name.index(":picture") + len(":picture")] in shown:
-                found.append(self._delete([name]))
+        known = list(map(self.keys.job_pictures, job_ids))
+        with self.client.pipeline(transaction=False) as pipe:
+            for key in known:
+                pipe.smembers(key)
+            pipe.delete(*known)
+            *pictures, _ = pipe.execute()
+        found += [self._delete([text(one) for one in made]) for made in pictures if made]
         return any(found)
 
     def _delete(self, names: Sequence[str]) -> bool:
@@ -80,11 +100,15 @@ class Results(TenantData):
         return [None if one is None else _SUMMARY.validate_json(one) for one in found]
 
     def picture(self, payload: PicturePayload) -> bytes | None:
-        """Return a picture of a result, or the result in another format."""
+        """Return a picture of a result that is kept, or the result in another format."""
+        if not self.kept([payload.job]):
+            return None
         return self.blobs.get(self.keys.job_picture(payload.job, payload.variant))
 
     def open_picture(self, payload: PicturePayload) -> BinaryIO | None:
-        """Return a picture of a result, or the result in another format, as a file."""
+        """Return a picture of a result that is kept, or it in another format, as a file."""
+        if not self.kept([payload.job]):
+            return None
         return self.blobs.open(self.keys.job_picture(payload.job, payload.variant))
 
     def set_picture(self, payload: PicturePayload, picture: bytes) -> None:
@@ -100,6 +124,12 @@ class Results(TenantData):
         if left > 0:
             key = self.keys.job_picture(payload.job, payload.variant)
             self._part(Quotas).check(len(picture))
+            pictures = self.keys.job_pictures(payload.job)
+            with self.client.pipeline() as pipe:
+                # Before there is one, so that there is none that is not found.
+                pipe.sadd(pictures, key)
+                pipe.expire(pictures, left)
+                pipe.execute()
             self.blobs.save(key, picture, left)
             # If the result was deleted meanwhile, this picture may not have been found.
             if not self.client.exists(result):

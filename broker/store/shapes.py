@@ -90,11 +90,14 @@ class Shapes(RecordStore[ShapeRecord]):
             The tenant has as many shapes or bytes as it may have.
         """
         candidate = self.keys.candidate(record.id, record.file_type, job_id)
+        validated = self.blobs.reference(candidate)
         # If this process dies now, the repeated job must still find the candidate.
-        if not self.client.expire(candidate, max(self.settings.candidate_ttl, _ACCEPT_SECONDS)):
+        kept = self.client.expire(candidate, max(self.settings.candidate_ttl, _ACCEPT_SECONDS))
+        if validated is None or not kept:
             raise CandidateGone
-        contents = zip(self._bytes_of(record.id), (upload, mesh, geometry), strict=True)
-        stored = self.blobs.put_all(dict(contents))
+        contents = dict(zip(self._bytes_of(record.id), (upload, mesh, geometry), strict=True))
+        digests = {self.keys.shape_upload(record.id): validated.digest}
+        stored = self.blobs.put_all(contents, digests)
         # The candidate has been counted, and is deleted.
         size = sum(reference.size for reference in stored.values()) - len(upload)
 

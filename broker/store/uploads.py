@@ -21,10 +21,15 @@ class Uploads(TenantData):
     """Uploads that are being validated, by the id of the shape or prototype they will become."""
 
     def put_candidate(
-        self, upload_id: str, file_type: str, data: bytes | BinaryIO, job_id: str
+        self,
+        upload_id: str,
+        file_type: str,
+        data: bytes | BinaryIO,
+        job_id: str,
+        digest: str | None = None,
     ) -> BlobReference:
-        """Store uploaded bytes for the job that validates them."""
-        return self.blobs.put(self.keys.candidate(upload_id, file_type, job_id), data)
+        """Store uploaded bytes, of a SHA-256 if that is known, for the job that validates them."""
+        return self.blobs.put(self.keys.candidate(upload_id, file_type, job_id), data, digest)
 
     def discard_candidate(
         self, upload_id: str, file_type: str, stored: BlobReference, job_id: str

@@ -7,6 +7,7 @@ from redis import Redis
 from broker.contracts import JobState
 from broker.store import scripts
 from broker.store.keys import Keys
+from broker.store.replies import text
 from broker.store.tenant_data import TenantData
 
 _PRESENT = "state", "stage", "fraction", "started", "delivery"
@@ -38,10 +39,22 @@ def have_ended(client: Redis, jobs: Sequence[tuple[str, str, str | None]]) -> li
     ]
 
 
-def any_running(store: TenantData, jobs: Sequence[str]) -> bool:
-    """Return whether one of a tenant's jobs is running, by their ids."""
-    keys = list(map(store.keys.job, jobs))
-    return bool(jobs) and JobState.RUNNING.value.encode() in _fields(store.client, keys, "state")
+def are_running(store: TenantData, jobs: Sequence[str]) -> list[bool]:
+    """Return whether a tenant's jobs are running, by their ids."""
+    return [state == JobState.RUNNING.value.encode() for state in _of(store, jobs, "state")]
+
+
+def states_of(store: TenantData, jobs: Sequence[str]) -> list[JobState | None]:
+    """Return the states of a tenant's jobs by their ids, None for each that does not exist."""
+    states = _of(store, jobs, "state")
+    return [None if state is None else JobState(text(state)) for state in states]
+
+
+def kinds_and_states(store: TenantData, jobs: Sequence[str]) -> list[tuple[str, str] | None]:
+    """Return kinds and states of a tenant's jobs, None for each that does not exist."""
+    found = _of(store, jobs, "kind", "state")
+    pairs = [None if one is None else text(one).partition("\n") for one in found]
+    return [None if pair is None else (pair[0], pair[2]) for pair in pairs]
 
 
 def signs(store: TenantData, jobs: Sequence[str]) -> list[bytes | None]:
@@ -54,10 +67,14 @@ def signs(store: TenantData, jobs: Sequence[str]) -> list[bytes | None]:
     jobs
         Ids of the jobs.
     """
-    return _fields(store.client, list(map(store.keys.job, jobs)), *_PRESENT)
+    return _of(store, jobs, *_PRESENT)
+
+
+def _of(store: TenantData, jobs: Sequence[str], *fields: str) -> list[bytes | None]:
+    return _fields(store.client, list(map(store.keys.job, jobs)), *fields)
 
 
 def _fields(client: Redis, jobs: Sequence[str], *fields: str) -> list[bytes | None]:
     # By a script: for 500 jobs, a pipeline takes eight times as much of the API's time.
-    found: list[bytes | None] = scripts.JOB_FIELDS(client, list(jobs), *fields)
+    found: list[bytes | None] = scripts.JOB_FIELDS(client, list(jobs), *fields) if jobs else []
     return found

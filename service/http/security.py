@@ -12,7 +12,8 @@ caller's tenant, whose shapes, jobs and prototypes are all that it can see, canc
 import hashlib
 import hmac
 import re
-from collections.abc import Collection
+import secrets
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -55,11 +56,18 @@ class ApiKey:
         SHA-256 of the key, which is not stored itself.
     tenant
         Whose shapes, jobs and prototypes the key gives access to.
+    expires
+        From when on it is not accepted; None for never.
     """
 
     name: str
     digest: bytes = field(repr=False)
     tenant: str = DEFAULT_TENANT
+    expires: datetime | None = None
+
+    def valid(self, now: datetime) -> bool:
+        """Whether the key is accepted."""
+        return self.expires is None or now < self.expires
 
 
 def read_keys(listing: object) -> object:
@@ -106,28 +114,13 @@ Auth: TypeAlias = Literal["keys", "none"]
 """Whether keys are needed."""
 
 
-def accepted_key(authorization: str, keys: tuple[ApiKey, ...]) -> ApiKey | None:
-    """Return the key in an ``Authorization`` header, or None if it has no accepted one.
-
-    Parameters
-    ----------
-    authorization
-        The header.
-    keys
-        The accepted keys.
-    """
-    scheme, _, presented = authorization.partition(" ")
-    digest = hashlib.sha256(presented.strip().encode("utf-8", "surrogateescape")).digest()
-    found = None
-    for key in keys:
-        # All keys are compared, in constant time, so that the time reveals nothing about them.
-        if hmac.compare_digest(digest, key.digest):
-            found = key
-    return found if scheme.lower() == "bearer" else None
-
-
 class KeyRing:
     """The accepted keys: those of the settings, and those in the store as they were last read.
+
+    A key is looked up by its SHA-256, under a hash of this with a secret of this process, so that
+    the time that takes shows nothing of the accepted keys, however many there are. Even without
+    that it could show only a part of a digest: too little to find the 256 random bits of a created
+    key, but enough to tell guesses apart for a key that somebody has thought up.
 
     Parameters
     ----------
@@ -146,6 +139,8 @@ class KeyRing:
     def __init__(self, settings: tuple[ApiKey, ...], auth: Auth | None) -> None:
         self._settings = settings
         self._auth = auth
+        self._secret = secrets.token_bytes(32)
+        self._accepted = self._by_place(settings)
         self._stored: tuple[StoredKey, ...] = ()
         self._ever: bool | None = None
         self.known = False
@@ -163,6 +158,10 @@ class KeyRing:
             _log_changes(self._stored, found, "key revoked" if ever else "key lost by the store")
         # A store that has lost its data must not let everybody in.
         self._ever, self._stored, self.known = self._ever or ever, found, True
+        created = (
+            ApiKey(one.name, bytes.fromhex(one.digest), one.tenant, one.expires) for one in found
+        )
+        self._accepted = self._by_place((*self._settings, *created))
 
     @property
     def needed(self) -> bool | None:
@@ -173,18 +172,23 @@ class KeyRing:
 
     def find(self, authorization: str) -> ApiKey | None:
         """Return the key in an ``Authorization`` header, or None if it has no accepted one."""
-        now = datetime.now(UTC)
-        stored = (
-            ApiKey(one.name, bytes.fromhex(one.digest), one.tenant)
-            for one in self._stored
-            if one.valid(now)
-        )
-        return accepted_key(authorization, (*self._settings, *stored))
+        scheme, _, presented = authorization.partition(" ")
+        digest = hashlib.sha256(presented.strip().encode("utf-8", "surrogateescape")).digest()
+        key = self._accepted.get(self._place(digest))
+        if key is None or scheme.lower() != "bearer" or not key.valid(datetime.now(UTC)):
+            return None
+        return key if hmac.compare_digest(digest, key.digest) else None
 
     def admits(self, authorization: str) -> bool:
         """Whether a request with this ``Authorization`` header, or an empty one, may be made."""
         needed = self.needed
         return needed is False or (needed is True and self.find(authorization) is not None)
+
+    def _by_place(self, keys: Iterable[ApiKey]) -> dict[bytes, ApiKey]:
+        return {self._place(key.digest): key for key in keys}
+
+    def _place(self, digest: bytes) -> bytes:
+        return hashlib.blake2b(digest, key=self._secret).digest()
 
 
 class Authentication:

@@ -5,10 +5,10 @@ from service.jobs.endpoints import LONGEST_WAIT
 from service.jobs.followed import Event, FollowedJobs, Name
 from service.jobs.lookup import (
     JobId,
+    check_kept,
     job_with_result,
     json_answer,
     open_result,
-    packed_result,
     stored_job,
 )
 from service.jobs.pictures import NEEDED, presented
@@ -39,10 +39,10 @@ __all__ = [
     "JobRequest",
     "Name",
     "answers",
+    "check_kept",
     "job_with_result",
     "json_answer",
     "open_result",
-    "packed_result",
     "presented",
     "stored_job",
     "webhooks_router",

@@ -72,10 +72,17 @@ def check_ended(record: JobRecord) -> None:
         raise ResultNotReady(f"The job is {record.state.value}; ask again when it has ended.")
 
 
-def packed_result(service: Service, job_id: str) -> bytes:
-    """Return the result of a job as :func:`open_result` does, in memory."""
-    with open_result(service, job_id) as packed:
-        return packed.read()
+def check_kept(service: Service, record: JobRecord) -> None:
+    """Refuse the result of a job that has not ended, or whose result is not there, unread.
+
+    Raises
+    ------
+    ResultNotReady, ResultExpired, BlobLost
+        There is no such result.
+    """
+    check_ended(record)
+    if not service.store.results.is_whole(record.id):
+        raise result_expired()
 
 
 def open_result(service: Service, job_id: str) -> BinaryIO:

@@ -2,7 +2,7 @@
 
 import gzip
 import json
-from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
+from typing import Annotated, Any, BinaryIO, Final, Literal, TypeAlias
 
 from fastapi import APIRouter, Header, Path, Query, Response
 from fastapi.responses import StreamingResponse
@@ -25,7 +25,6 @@ from broker.contracts import (
     export_refusal,
     exports_of,
     is_prototype,
-    no_alternative,
 )
 from broker.telemetry import logger
 from service.dependencies import CallContext, CallContextOf, Service
@@ -49,7 +48,7 @@ from service.http import (
     responses,
 )
 from service.jobs.download_names import registered_stem, result_stem
-from service.jobs.lookup import JobId, job_with_result, packed_result
+from service.jobs.lookup import JobId, check_kept, job_with_result, open_result
 from service.jobs.results import BYTES, ERRORS
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
@@ -218,7 +217,8 @@ async def presented(
     picture = await run_in_threadpool(_made, service, payload)
     if picture is None:
         await run_in_threadpool(_check, service, payload)
-        if not body_wanted(request):
+        # Whether there is such an alternative, the worker finds.
+        if not (body_wanted(request) or payload.alternative):
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
         submit = service.queue.submit_picture
         drawing = await run_in_threadpool(submit, payload, context.origin)
@@ -241,45 +241,48 @@ def _made(service: Service, payload: PicturePayload) -> BinaryIO | None:
 
 
 def _check(service: Service, payload: PicturePayload) -> None:
-    """Refuse what cannot be made, before a worker is asked."""
+    """Refuse what cannot be made, before a worker is asked; matches, which may be large, unread."""
     if service.queue.is_drawn(payload):
-        # It was checked before, and a result may be large.
-        return
+        return  # it was checked before
     record = job_with_result(service, payload.job)
     if payload.format == "npz":
         _check_carried(record)
-        packed_result(service, payload.job)
+    elif payload.pair is None:
+        if record.kind is not JobKind.MATCH:
+            _refuse_options_of_matches(payload)
+        has_picture = ("png",) * record.kind.has_picture
+        if payload.format not in (has_picture if payload.format == "png" else record.kind.exports):
+            raise JobWithoutResult(_without(record, payload.format))
+    check_kept(service, record)
+    if payload.format == "npz":
         return
     if payload.pair is not None:
-        _check_mapped(record, packed_result(service, payload.job), payload.pair)
+        _check_mapped(service, record, payload.pair)
         return
-    if record.kind is not JobKind.MATCH:
-        _refuse_options_of_matches(payload)
-    known = record.kind.exports if payload.format != "png" else ("png",) * record.kind.has_picture
-    if payload.format not in known:
-        raise JobWithoutResult(_without(record, payload.format))
-    packed = packed_result(service, payload.job)
     if payload.specimen is not None:
-        _check_registered(record, packed, payload.specimen)
+        _check_registered(service, record, payload.specimen)
     elif payload.format != "png" and (refusal := export_refusal(record.payload, payload.format)):
         raise JobWithoutResult(f"{refusal}.")
-    if isinstance(record.payload, MatchPayload):
-        _check_alternative(packed, payload.alternative)
-        # A table of vertices names shapes, and shows none.
-        if payload.format != "csv":
-            _check_match(service, record.payload)
+    # A table of vertices names shapes, and shows none.
+    if isinstance(record.payload, MatchPayload) and payload.format != "csv":
+        _check_match(service, record.payload)
 
 
-def _check_mapped(record: JobRecord, packed: bytes, pair: tuple[int, int]) -> None:
+def _check_mapped(service: Service, record: JobRecord, pair: tuple[int, int]) -> None:
     """Refuse the map of two shapes of a collection that do not fit."""
     if not isinstance(record.payload, ConsistentMapsPayload):
         return
     count, (first, second) = len(record.payload.shapes), sorted(pair)
     # The pairs (0, 1), (0, 2), ..., (1, 2), ...
     place = first * (2 * count - first - 1) // 2 + second - first - 1
-    found = json.loads(gzip.decompress(packed))["pairs"][place]
+    found = _document(service, record)["pairs"][place]
     if not found["mapped"]:
         raise JobWithoutResult(f"These shapes were not mapped: {found['reason']}.")
+
+
+def _document(service: Service, record: JobRecord) -> Any:
+    with open_result(service, record.id) as packed:
+        return json.loads(gzip.decompress(packed.read()))
 
 
 def _without(record: JobRecord, file_type: str) -> str:
@@ -308,16 +311,7 @@ def _refuse_options_of_matches(payload: PicturePayload) -> None:
             raise InvalidRequest(INVALID, (field,))
 
 
-def _check_alternative(packed: bytes, alternative: int | None) -> None:
-    if not alternative:
-        return
-    count = len(json.loads(gzip.decompress(packed))["alternatives"])
-    if alternative > count:
-        detail, field = no_alternative(alternative, count)
-        raise InvalidRequest(detail, (field,))
-
-
-def _check_registered(record: JobRecord, packed: bytes, specimen: int) -> None:
+def _check_registered(service: Service, record: JobRecord, specimen: int) -> None:
     """Refuse a registered template that there is not."""
     asked = record.payload
     count = len(asked.shapes) if isinstance(asked, RegistrationPayload) else 1
@@ -329,7 +323,7 @@ def _check_registered(record: JobRecord, packed: bytes, specimen: int) -> None:
             message = "It has no map of all vertices between two shapes; match again with `dense`."
             raise JobWithoutResult(message)
     elif isinstance(asked, RegistrationPayload):
-        report = json.loads(gzip.decompress(packed))["specimens"][specimen]
+        report = _document(service, record)["specimens"][specimen]
         if not report["registered"]:
             raise JobWithoutResult(f"Specimen {specimen} was not registered: {report['reason']}")
     else:

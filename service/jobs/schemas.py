@@ -219,7 +219,7 @@ class Job(BaseModel):
     def several(cls, records: Sequence[JobRecord], queue: JobQueue) -> tuple[Self, ...]:
         """Return stored jobs as the API shows them."""
         queued = [record for record in records if record.state is JobState.QUEUED]
-        giving_way = {record.id for record in records if queue.gives_way(record)}
+        giving_way = queue.giving_way(records)
         served = bool(queued or giving_way) and queue.any_worker()
         positions = queue.rq.positions(queued) if queued else []
         succeeded = [one.id for one in records if one.state is JobState.SUCCEEDED]

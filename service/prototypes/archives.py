@@ -1,6 +1,6 @@
 """``/v1/prototype-archives``; ``/v1/prototypes/{id}/archive`` and ``/geometry``."""
 
-from typing import Annotated, BinaryIO
+from typing import Annotated
 
 from fastapi import APIRouter, File, Response, UploadFile
 
@@ -8,7 +8,7 @@ from broker.contracts import (
     ARCHIVE_TYPE,
     PrototypeGeometry,
     PrototypeValidationPayload,
-    prototype_id,
+    prototype_id_of,
 )
 from service.dependencies import ServiceOf
 from service.http import (
@@ -60,9 +60,9 @@ async def upload_prototype(
     """
     stem = base_name(file.filename or "").removesuffix(f".{ARCHIVE_TYPE}")[:LONGEST]
 
-    def describe(data: BinaryIO) -> PrototypeValidationPayload:
+    def describe(digest: str) -> PrototypeValidationPayload:
         called = (name or "").strip() or stem or DEFAULT_NAME
-        return PrototypeValidationPayload(prototype=prototype_id(data), name=called)
+        return PrototypeValidationPayload(prototype=prototype_id_of(digest), name=called)
 
     return await PROTOTYPES.receive(context, file, describe)
 

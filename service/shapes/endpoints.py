@@ -1,6 +1,6 @@
 """``/v1/shapes``."""
 
-from typing import Annotated, BinaryIO
+from typing import Annotated
 
 from fastapi import APIRouter, File, Response, UploadFile
 
@@ -8,7 +8,7 @@ from broker.contracts import (
     MESH_FORMATS,
     ValidationPayload,
     file_type_of,
-    shape_id,
+    shape_id_of,
 )
 from broker.upkeep import evict_deleted
 from service.dependencies import ServiceOf
@@ -62,8 +62,8 @@ async def upload_shape(
     """
     called, file_type = name_and_type(file, name, file_type_of, MESH_FORMATS)
 
-    def describe(data: BinaryIO) -> ValidationPayload:
-        return ValidationPayload(shape=shape_id(data), name=called, file_type=file_type)
+    def describe(digest: str) -> ValidationPayload:
+        return ValidationPayload(shape=shape_id_of(digest), name=called, file_type=file_type)
 
     return await SHAPES.receive(context, file, describe)
 

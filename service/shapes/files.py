@@ -89,6 +89,7 @@ def get_geometry(
     etag = weak_etag(f"{shape}-{int(1e6 * record.created.timestamp()):x}")
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
     if etag_matches(if_none_match, etag):
+        service.store.shapes.use(shape)
         return Response(status_code=304, headers=headers)
     packed = service.store.shapes.open_geometry(shape)
     if packed is None and service.store.shapes.get(shape) is None:

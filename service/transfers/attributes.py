@@ -1,6 +1,6 @@
 """``/v1/attributes``: files of attributes of the vertices and faces of shapes."""
 
-from typing import Annotated, BinaryIO, Final
+from typing import Annotated, Final
 
 from fastapi import APIRouter, File, Path, Response, UploadFile
 
@@ -9,7 +9,7 @@ from broker.contracts import (
     AttributesRecord,
     AttributesValidationPayload,
     attribute_format_of,
-    attributes_id,
+    attributes_id_of,
 )
 from service.dependencies import Service, ServiceOf
 from service.http import (
@@ -76,9 +76,9 @@ async def upload_attributes(
     """
     called, file_type = name_and_type(file, name, attribute_format_of, ATTRIBUTE_FORMATS)
 
-    def describe(data: BinaryIO) -> AttributesValidationPayload:
+    def describe(digest: str) -> AttributesValidationPayload:
         return AttributesValidationPayload(
-            attributes=attributes_id(data), name=called, file_type=file_type
+            attributes=attributes_id_of(digest), name=called, file_type=file_type
         )
 
     return await _FILES.receive(context, file, describe)

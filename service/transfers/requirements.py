@@ -26,7 +26,7 @@ from service.http import (
     ResultNotReady,
     UnknownShape,
 )
-from service.jobs import packed_result, stored_job
+from service.jobs import check_kept, job_with_result
 from service.shapes import counted, refuse, use_shapes, vertices_out_of_range
 from service.transfers.attributes import use_attributes
 from service.transfers.schemas import TransferRequest
@@ -47,8 +47,9 @@ def usable_match(service: Service, job_id: str) -> MatchPayload:
         It has no result (yet, or any more).
     """
     with _of_match():
-        packed_result(service, job_id)
-        match = stored_job(service, job_id).payload
+        record = job_with_result(service, job_id)
+        check_kept(service, record)
+    match = record.payload
     if not isinstance(match, MatchPayload):
         _refuse_match("it is the job of no match; give that of a match with `dense`")
     if not match.parameters.dense:

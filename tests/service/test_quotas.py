@@ -1,9 +1,11 @@
 """Quotas: what a tenant may have, however many ask at once, and when it gets it back."""
 
+import hashlib
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from io import BufferedIOBase
 from typing import cast
 
 import httpx2
@@ -115,6 +117,26 @@ def test_uploads_at_once_wait_for_their_turn(shared: Api, ann: httpx2.Client) ->
     assert sent(ann, 258).status_code == 201
     store = shared.store.of("small")
     assert not store.client.exists(store.keys.validating, store.keys.validations_by("ann"))
+
+
+def test_an_upload_is_hashed_once(server: EmbeddedServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    hashed = []
+    digest_of = hashlib.file_digest
+
+    def counted(file: BufferedIOBase, algorithm: str) -> object:
+        hashed.append(algorithm)
+        return digest_of(file, algorithm)
+
+    with (
+        idle_api(server, tenant_jobs=1, validation_wait=0.5) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        monkeypatch.setattr(hashlib, "file_digest", counted)
+        assert sent(http, 262).status_code == 202
+        assert hashed == ["sha256"]
+        # It waits for a place, and finds none.
+        assert sent(http, 263).status_code == 429
+        assert hashed == ["sha256", "sha256"]
 
 
 def test_an_upload_that_finds_no_place_is_refused(server: EmbeddedServer) -> None:

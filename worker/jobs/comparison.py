@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -138,12 +139,17 @@ class Comparison:
         seconds = (time.perf_counter() - start) / len(some)
         return min(max(int(CHUNK_SECONDS / seconds), 1), count)
 
-    def _compare(self, number: int) -> bytes:
+    @cached_property
+    def _pairs(self) -> tuple[SignatureCollection, int]:
+        """The collection whose pairs are compared, and the number of pairs of a chunk."""
         chunks, job_id = self.context.store.chunks, self.job.id
         stored, size = chunks.input(job_id, PAIRS), chunks.counts(job_id).size
         if stored is None or size == 0:
             raise LookupError("the chunks of this job are deleted: it has ended")
-        collection = SignatureCollection.from_bytes(stored)
+        return SignatureCollection.from_bytes(stored), size
+
+    def _compare(self, number: int) -> bytes:
+        collection, size = self._pairs
         last = min((number + 1) * size, number_of_pairs(len(collection)))
         pairs = pairs_between(len(collection), number * size, last)
         options = options_of(SimilarityOptions, self.payload.parameters)

@@ -36,13 +36,10 @@ def compute_spectrum(payload: SpectrumPayload, context: JobContext) -> None:
     """
     key, spectra = payload.key, context.store.spectra
     control = context.reporter.control()
-    try:
-        if not spectra.has(key) and not spectra.locked(key):
-            control.report("spectrum", 0.0)
-            mesh = mesh_of(key, payload.shape, context.store)
-            spectrum_of(key, mesh, spectra, context.runner, control)
-    finally:
-        spectra.unmark_queued(key, context.record.id)
+    if not spectra.has(key) and not spectra.locked(key):
+        control.report("spectrum", 0.0)
+        mesh = mesh_of(key, payload.shape, context.store)
+        spectrum_of(key, mesh, spectra, context.runner, control)
 
 
 def spectrum_of(

@@ -8,9 +8,9 @@ from broker.contracts import (
     Confidence,
     Correspondence,
     DenseCorrespondence,
+    FieldProblem,
     MatchResult,
     Refinement,
-    no_alternative,
 )
 
 PartT = TypeVar("PartT", Refinement, DenseCorrespondence)
@@ -34,8 +34,9 @@ class NoAlternative(Exception):
     """
 
     def __init__(self, asked: int, count: int) -> None:
-        detail, self.field = no_alternative(asked, count)
-        super().__init__(detail)
+        there = f"it has {count}, numbered from 1" if count else "it has none"
+        super().__init__(f"The match has no alternative {asked}: {there}; 0 is the match itself.")
+        self.field = FieldProblem(field="query.alternative", message=there)
 
 
 @dataclass(frozen=True)

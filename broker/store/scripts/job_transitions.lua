@@ -55,7 +55,8 @@ local function finish(from, to, now, ttl)
     -- The field 'trace' holds the further seconds for which the tombstone outlives the record.
     local tombstone_ttl = redis.call('HGET', KEYS[1], 'trace')
     if tombstone_ttl then
-        redis.call('SET', KEYS[1] .. ':trace', '', 'EX', ttl + tombstone_ttl)
+        local tombstone = KEYS[1] .. ':trace'
+        redis.call('SET', tombstone, redis.call('GET', tombstone) or '', 'EX', ttl + tombstone_ttl)
     end
     if redis.call('HEXISTS', KEYS[1], 'webhook') == 1 then
         redis.call('ZADD', KEYS[9], redis.call('TIME')[1], ARGV[1])

@@ -12,6 +12,7 @@ from datetime import timedelta
 import pytest
 
 from broker.contracts import (
+    BatchPayload,
     JobKind,
     JobRecord,
     JobState,
@@ -250,6 +251,32 @@ def test_pages_of_what_is_rare_hold_all_of_it_once(store: Store, every: int) -> 
     found = list(pages(3, JobState.RUNNING))
     assert [one.id for page in found for one in page.items] == rare[::-1]
     assert all(len(page.items) == 3 for page in found[:-1])
+
+
+def test_a_page_of_a_rare_kind_reads_only_records_of_it(store: Store) -> None:
+    batch = BatchPayload(
+        source="a", targets=("b",), target_names=(None,), parameters=MatchParameters()
+    )
+    rare = [stored(store.jobs, new_job(batch)) for _ in range(3)]
+    common = [stored(store.jobs) for _ in range(1200)]
+    for name in common[::100]:
+        store.client.delete(DEFAULT_KEYS.job(name))
+    before = calls(store, "hgetall"), calls(store, "zrevrangebyscore")
+    first = store.jobs.page(2, None, kind=JobKind.BATCH)
+    assert first.items == ()
+    # Those that have expired are removed.
+    gone = store.client.zmscore(DEFAULT_KEYS.jobs, common[300::100])
+    assert set(gone) == {None}
+    second = store.jobs.page(2, first.next_cursor, kind=JobKind.BATCH)
+    assert [one.id for one in second.items] == rare[:0:-1]
+    third = store.jobs.page(2, second.next_cursor, kind=JobKind.BATCH)
+    assert [one.id for one in third.items] == rare[:1]
+    assert calls(store, "hgetall") - before[0] < 20
+    assert calls(store, "zrevrangebyscore") - before[1] < 30
+
+
+def calls(store: Store, command: str) -> int:
+    return int(store.client.info("commandstats").get(f"cmdstat_{command}", {"calls": 0})["calls"])
 
 
 def numbered(number: int, **after: float) -> ShapeRecord:

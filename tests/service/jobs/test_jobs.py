@@ -16,6 +16,7 @@ from broker.contracts import JobKind, MatchResult, MatchSummary, PicturePayload
 from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import WORKERS, Api, Json, idle_api, problem, put_shapes
+from tests.service.test_blobs import path_of
 from tests.worker.figures import blob, blob_file, off
 
 Shapes = tuple[str, str]
@@ -143,6 +144,13 @@ def test_pictures_of_alternatives(http: httpx2.Client, shapes: Shapes, api: Api)
         (wrong_field,) = refused["errors"]
         assert wrong_field["field"] == "query.alternative"
         assert said in wrong_field["message"]
+    refused = http.get(path, params={"alternative": count + 1}).json()
+    assert refused["detail"] == (
+        f"The match has no alternative {count + 1}: it has {count}, numbered from 1; 0 is the match"
+        " itself."
+    )
+    assert [one["field"] for one in refused["errors"]] == ["query.alternative"]
+    assert refused["instance"] == path
 
 
 def test_files_are_named_after_the_shapes(http: httpx2.Client, shapes: Shapes) -> None:
@@ -245,16 +253,16 @@ def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:
     assert (first["position"], second["position"]) == (4, 5)
 
 
-def test_a_result_is_not_read_again_while_it_is_drawn(idle: tuple[httpx2.Client, Api]) -> None:
+def test_a_result_is_read_by_the_worker_alone(idle: tuple[httpx2.Client, Api]) -> None:
     http, api = idle
     job = ask(http, put_shapes(api), metric="geodesic", descriptor="none", orientation=False)
     picture, jobs = job["links"]["picture"], api.store.jobs
     assert jobs.claim(job["id"], "runner")
-    assert jobs.succeed(job["id"], "runner", b'{"alternatives": [{}]}')
-    problem(http.get(picture, params={"alternative": 2}), 422, "invalid-request")
-    problem(http.get(picture, params={"alternative": 1}), 503, "picture-not-ready")
+    assert jobs.succeed(job["id"], "runner", b"{}")
     api.store.blobs.save(DEFAULT_KEYS.job_result(job["id"]), b"unreadable", 1000)
     problem(http.get(picture, params={"alternative": 1}), 503, "picture-not-ready")
+    path_of(api.store, DEFAULT_KEYS.job_result(job["id"])).unlink()
+    problem(http.get(picture, params={"view": "left"}), 410, "content-lost")
 
 
 def test_a_long_poll_ends_with_the_time_or_the_job(idle: tuple[httpx2.Client, Api]) -> None:

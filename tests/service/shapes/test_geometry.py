@@ -53,6 +53,20 @@ def test_unchanged_geometry_is_not_sent_again(
     assert http.get(where, headers={"If-None-Match": etag}).status_code == 200
 
 
+@pytest.mark.parametrize("part", ["mesh", "geometry"])
+def test_unchanged_files_extend_the_life_of_their_shape(
+    http: httpx2.Client, upload: Callable[..., Json], api: Api, part: str
+) -> None:
+    shape = upload(blob_file(2, seed=73))["id"]
+    etag = http.get(f"/v1/shapes/{shape}/{part}").headers["etag"]
+    kept = (DEFAULT_KEYS.shape(shape), DEFAULT_KEYS.shape_mesh(shape))
+    for key in kept:
+        api.store.client.expire(key, 100)
+    answer = http.get(f"/v1/shapes/{shape}/{part}", headers={"If-None-Match": etag})
+    assert answer.status_code == 304
+    assert all(api.store.client.ttl(key) > 100 for key in kept)
+
+
 def test_shapes_that_were_stored_without(
     http: httpx2.Client, upload: Callable[..., Json], api: Api
 ) -> None:

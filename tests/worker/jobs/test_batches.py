@@ -18,6 +18,7 @@ from broker.contracts import (
     JobRecord,
     JobState,
     MatchParameters,
+    MatchPayload,
     Problem,
     ProblemType,
     Progress,
@@ -25,7 +26,7 @@ from broker.contracts import (
 from broker.queue import JobQueue, new_job
 from broker.queue.batches import Batches
 from broker.queue.new_jobs import new_batch_match
-from broker.store import text
+from broker.store import DEFAULT_KEYS, QueuedMatches, text
 from broker.upkeep import RecoveryTimeouts, recover
 from tests.broker.store.test_blobs import files
 from tests.worker.figures import blob_file
@@ -35,6 +36,8 @@ from tests.workers import ended
 Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
+
+LONG = MatchParameters()
 
 NOW = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0), cancellation=timedelta(0))
 
@@ -164,7 +167,7 @@ def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) ->
 def test_the_progress_of_a_batch_never_decreases(
     queue: JobQueue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    store, states = queue.store, Batches._states
+    store, look = queue.store, Batches._look
     batch = queue.submit(of("a", ["b"] * 4, MatchParameters()))
     assert queue.batches.begin(batch.id)
     waiting = [f"{batch.id}-{place}" for place in range(1, 4)]
@@ -175,17 +178,92 @@ def test_the_progress_of_a_batch_never_decreases(
         assert store.jobs.succeed(match, "me", b"{}")
         queue.batches.advance(batch.id)
 
-    def ends_meanwhile(batches: Batches, record: JobRecord) -> list[JobState | None]:
-        found = states(batches, record)
+    def ends_meanwhile(batches: Batches, record: JobRecord) -> QueuedMatches:
+        found = look(batches, record)
         if waiting:
             end(waiting.pop())
         return found
 
-    monkeypatch.setattr(Batches, "_states", ends_meanwhile)
+    monkeypatch.setattr(Batches, "_look", ends_meanwhile)
     end(waiting.pop())
     now = store.jobs.get(batch.id)
     assert now is not None
     assert now.progress == Progress(stage="3 of 4 matches", fraction=0.75)
+
+
+def test_early_ends_of_matches_are_counted_whatever_they_are(queue: JobQueue) -> None:
+    store, reason = queue.store, Problem.of(ProblemType.WORKER_LOST, "It is lost.")
+    batch = queue.submit(of("a", ["b"] * 6, MatchParameters()))
+    assert queue.batches.begin(batch.id)
+    for place in (2, 4, 5):
+        queue.batches.queue_waiting(f"{batch.id}-{place}")
+    queue.cancel(f"{batch.id}-2")
+    assert store.jobs.claim(f"{batch.id}-4", "me")
+    assert store.jobs.fail(f"{batch.id}-4", "me", reason)
+    # Its record has expired.
+    store.client.delete(DEFAULT_KEYS.job(f"{batch.id}-5"))
+
+    def stage() -> str:
+        queue.batches.advance(batch.id)
+        now = store.jobs.get(batch.id)
+        assert now is not None
+        return now.progress.stage
+
+    assert stage() == "3 of 6 matches"
+    assert store.jobs.claim(f"{batch.id}-1", "me")
+    assert store.jobs.succeed(f"{batch.id}-1", "me", b"{}")
+    assert stage() == "4 of 6 matches"
+    assert queue.batches.live(batch) == [f"{batch.id}-3"]
+    for place in (3, 6):
+        assert store.jobs.claim(f"{batch.id}-{place}", "me")
+        assert store.jobs.succeed(f"{batch.id}-{place}", "me", b"{}")
+        queue.batches.advance(batch.id)
+    states = [one.state for one in result_of(queue, batch.id).matches]
+    assert states == ["succeeded", "cancelled", "succeeded", "failed", "failed", "succeeded"]
+    # Nothing else is kept of it than of its matches.
+    assert not store.client.keys(f"{DEFAULT_KEYS.job_chunks(batch.id)}*")
+    assert not store.client.exists(DEFAULT_KEYS.time_slices(batch.id))
+
+
+def test_a_batch_goes_on_that_an_earlier_version_began(queue: JobQueue) -> None:
+    store = queue.store
+    batch = queue.submit(of("a", ["b"] * 5, MatchParameters()))
+    assert queue.batches.begin(batch.id)
+    for place in (1, 2):
+        assert store.jobs.claim(f"{batch.id}-{place}", "me")
+        assert store.jobs.succeed(f"{batch.id}-{place}", "me", b"{}")
+        queue.batches.advance(batch.id)
+    queue.batches.queue_waiting(f"{batch.id}-4")
+    # It recorded nothing of this, and still queues matches besides.
+    recorded = DEFAULT_KEYS.job_chunks(batch.id), DEFAULT_KEYS.time_slices(batch.id)
+    store.client.delete(*recorded)
+    recover(queue)
+    assert queue.batches.live(batch) == [f"{batch.id}-3", f"{batch.id}-4"]
+    for place in (3, 4, 5):
+        store.client.delete(*recorded)
+        assert store.jobs.claim(f"{batch.id}-{place}", "me")
+        assert store.jobs.succeed(f"{batch.id}-{place}", "me", b"{}")
+        recover(queue)
+        now = store.jobs.get(batch.id)
+        assert now is not None
+        if place == 3:
+            assert now.progress.stage == "3 of 5 matches"
+    assert ended(queue, batch.id).state is JobState.SUCCEEDED
+
+
+def test_matches_that_a_batch_never_queued_expire_with_it(queue: JobQueue) -> None:
+    batch = queue.submit(of("a", ["b"] * 3, MatchParameters()))
+    queue.cancel(batch.id)
+    match = queue.submit(MatchPayload(source="a", target="b", parameters=LONG))
+    assert not queue.expired(f"{batch.id}-3")
+    for job in (batch, match):
+        queue.store.client.delete(DEFAULT_KEYS.job(job.id))
+        assert queue.expired(job.id)
+    assert queue.expired(f"{batch.id}-1")
+    assert queue.expired(f"{batch.id}-3")
+    for end in ("-4", "-0", "-03", "-", "-nonsense", "-3-1", "3"):
+        assert not queue.expired(batch.id + end)
+    assert not queue.expired(f"{match.id}-1")
 
 
 def test_a_batch_ends_once_though_several_notice_its_end(queue: JobQueue) -> None:

@@ -4,10 +4,16 @@ import time
 
 import pytest
 
-from broker.contracts import SpectrumKey
+from broker.blobs import BlobsAway
+from broker.blobs.directory import DirectoryBlobs
+from broker.contracts import JobKind, JobState, MatchParameters, MatchPayload, SpectrumKey
+from broker.queue import JobQueue
 from broker.store import Spectra, Store
+from broker.upkeep import store_away
 from solver.control import Control
+from tests.broker.store.test_store import accepted, numbered
 from tests.solver import shapes
+from worker.jobs.runner import Runner
 from worker.jobs.spectra import spectrum_of
 
 KEY = SpectrumKey("a", 10)
@@ -20,6 +26,24 @@ class Contended(Spectra):
         """Have the other process lock it."""
         super().lock(key, "another", 0.1)
         return super().lock(key, holder, seconds)
+
+
+def test_a_spectrum_whose_store_failed_is_queued_once(queue: JobQueue) -> None:
+    store = queue.store
+    store.check()
+    one, other = (accepted(store, numbered(number)).id for number in range(2))
+    match = MatchPayload(source=one, target=other, parameters=MatchParameters())
+    queue.submit(match)
+    spectrum = next(job for job in store.jobs.active() if job.kind is JobKind.SPECTRUM)
+    assert isinstance(store.blobs.store, DirectoryBlobs)
+    root = store.blobs.store.root
+    volume = root.rename(root.with_name("volume"))
+    with pytest.raises(BlobsAway):
+        Runner(queue, "me", blob_patience=0.0).run(spectrum.id)
+    volume.rename(root)
+    assert store.jobs.lose(spectrum.id, 3, store_away()) is JobState.QUEUED
+    queue.submit(match)
+    assert sum(job.kind is JobKind.SPECTRUM for job in store.jobs.active()) == 2
 
 
 @pytest.mark.parametrize(("cache_bytes", "kept"), [(0, False), (2**30, True)])

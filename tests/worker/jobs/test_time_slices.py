@@ -38,6 +38,7 @@ from solver.similarity import (
     pairs_between,
 )
 from tests.blobs import blob_url
+from tests.broker.store.test_store import calls
 from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of
@@ -222,6 +223,24 @@ def test_a_comparison_that_is_cancelled_at_its_end_leaves_no_arrays(
     Runner(queue, "me").run(f"{job}-1")
     assert store.jobs.state(job) is JobState.CANCELLED
     assert store.results.arrays(job) is None
+
+
+def test_a_time_slice_reads_the_collection_once(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("worker.jobs.comparison.CHUNK_SECONDS", 1e-9)
+    easy = DissimilarityParameters(points=4)
+    job = queue.submit(imagined(queue.store, 21, easy)).id
+    number, chunks = 1, queue.store.chunks
+    while chunks.counts(job).stage != PAIRS:
+        Runner(queue, "me").run(f"{job}-{number}")
+        number += 1
+    before, done = calls(queue.store, "get"), chunks.counts(job).done
+    Runner(queue, "me").run(f"{job}-{number}")
+    # All chunks of a job that has ended are forgotten.
+    done = (chunks.counts(job).done or 210) - done
+    assert done > 5
+    assert calls(queue.store, "get") - before <= 5
 
 
 def test_a_time_slice_that_was_given_up_fails_no_comparison(
