@@ -24,7 +24,7 @@ from isomatch._http import (
     Operation,
     Pause,
     Stream,
-    checked,
+    checked_stream,
     failure_message,
     parsed,
     retry_after,
@@ -54,7 +54,7 @@ LONGEST_KEY: Final = 255
 """Characters of an idempotency key."""
 
 PROGRESS_POLL: Final = 0.5
-"""Seconds between answers while a progress bar is shown."""
+"""Seconds between answers while a progress bar is shown, or if the service answers at once."""
 
 
 def start_match(
@@ -193,15 +193,19 @@ def _followed(job_id: str, failures: Failures) -> Stream[JobRecord]:
                 requested = min(retry_after(response) or 0.0, LONGEST_PAUSE)
                 yield Pause(max(requested, failures.pause()))
                 continue
-            checked(response)
+            checked_stream(response)
+            answered = False
             while isinstance(line := (yield NextLine()), str):
                 failures.clear()
+                answered = True
                 if (event := reader.feed(line)) is not None:
                     last = event.id
                     record = _record_of(event.data, call)
                     yield Item(record)
                     if record.finished:
                         return
+            if not answered:
+                raise httpx2.RemoteProtocolError("no events came", request=response.request)
         except httpx2.TransportError as error:
             if failures.exhausted():
                 raise ConnectionFailed(failure_message(error, call)) from error
@@ -249,15 +253,20 @@ def wait_for_job(
     """
     start = time.monotonic()
     while True:
-        left = math.inf if timeout is None else max(timeout - (time.monotonic() - start), 0.0)
+        asked = time.monotonic()
+        left = math.inf if timeout is None else max(start + timeout - asked, 0.0)
         wait, outage = round(min(left, poll), 3), min(left, LONGEST_OUTAGE)
         with job_named(job_id):
             record = yield from get_job(job_id, wait, outage)
         update(record)
         if record.finished:
             return
-        if timeout is not None and time.monotonic() - start >= timeout:
+        now = time.monotonic()
+        if timeout is not None and now - start >= timeout:
             raise WaitTimeout(f"job {job_id}", timeout)
+        if (early := asked + wait - now) > 0.0:
+            # A proxy, or a service that stops, may answer at once.
+            yield Pause(min(early, PROGRESS_POLL))
 
 
 def watch_job(

@@ -127,6 +127,13 @@ def test_retries_are_limited() -> None:
     assert len(service.requests) == 4
 
 
+def test_a_service_that_does_not_hold_answers_back_is_not_flooded() -> None:
+    service = Broken(0, httpx2.ReadError, JOB | {"state": "running"})
+    with client_of(service) as client, pytest.raises(isomatch.WaitTimeout):
+        client.job("0" * 32).wait(timeout=0.6)
+    assert len(service.requests) <= 4
+
+
 def test_waiting_for_a_job_survives_a_restart_of_the_service(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
