@@ -180,7 +180,11 @@ def finish(
     result = job.result(progress=not as_json or sys.stderr.isatty())
     with result_stays(job, as_json):
         if output is not None:
-            job.save(output)
+            held = result.held(output.suffix.lower().removeprefix(".") or "json")
+            if held is None:
+                job.save(output)
+            else:
+                output.write_bytes(held)
         if picture is not None:
             job.save_picture(picture, alternative=alternative, view=view)
     if as_json:
