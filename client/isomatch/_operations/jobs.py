@@ -88,8 +88,15 @@ def start_dissimilarities(
     every = listed(shapes, "shapes")
     body: dict[str, Json] = {"shapes": [id_of(one) for one in every], "names": names_of(every)}
     if labels is not None:
-        body["labels"] = [str(label) for label in listed(labels, "labels")]
+        body["labels"] = [_label(one) for one in listed(labels, "labels")]
     return (yield from start_job("/v1/dissimilarities", body, parameters, webhook, key))
+
+
+def _label(given: object) -> str:
+    # NaN stands for missing labels in tables of pandas.
+    if given is None or given != given:
+        raise TypeError(f"give a label for each shape, not {given}")
+    return str(given)
 
 
 def start_consistent_maps(

@@ -383,6 +383,38 @@ def test_a_misspelt_parameter_is_not_sent() -> None:
     assert not service.requests
 
 
+@pytest.mark.parametrize("missing", [None, float("nan")])
+def test_missing_labels_are_not_sent(missing: Any) -> None:
+    with (
+        client_of(lambda _: pytest.fail("sent")) as client,
+        pytest.raises(TypeError, match="label"),
+    ):
+        client.dissimilarities(["0" * 32, "1" * 32], [missing, "cat"])
+
+
+def test_vertices_that_are_no_integers_are_not_sent() -> None:
+    with (
+        client_of(lambda _: pytest.fail("sent")) as client,
+        pytest.raises(TypeError, match="float"),
+    ):
+        client.learn_prototype(["0" * 32, "1" * 32], [[1.7, 2], [1, 2]])  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    "newer", [{"waiting_for": "licence"}, {"state": "paused"}, {"webhook": {"state": "held"}}]
+)
+def test_jobs_of_newer_services_are_read(newer: dict[str, Any]) -> None:
+    hook = {"url": "http://a", "attempts": 0, "last_attempt": None, "status": None, "error": None}
+    hook |= {"next_attempt": None, "state": "pending"}
+    document = JOB | newer
+    if "webhook" in newer:
+        document["webhook"] = hook | newer["webhook"]
+    with client_of(lambda _: httpx2.Response(200, json=document)) as client:
+        (name,) = newer
+        found = client.job("0" * 32).record.model_dump(mode="json")[name]
+    assert found == document[name]
+
+
 def test_unknown_fields_are_ignored() -> None:
     with client_of(lambda _: httpx2.Response(200, json={**SHAPE, "genus": 2})) as client:
         assert not hasattr(client.shape("0" * 32), "genus")
