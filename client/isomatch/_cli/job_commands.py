@@ -178,7 +178,7 @@ def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> 
                 job = job_given(client, job_id).cancel()
                 records.append(job.record.model_dump_json())
                 if not as_json:
-                    typer.echo(f"job {job.id} {_AFTER_CANCEL[job.state]}", err=True)
+                    typer.echo(f"job {job.id} {_AFTER_CANCEL.get(job.state, job.state)}", err=True)
         if as_json:
             echo_models(records)
         failures.check()

@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from isomatch._figures import draw_dissimilarities
-from isomatch._models import Answer, DissimilarityParameters, JobState
+from isomatch._models import Answer, AnsweredState, DissimilarityParameters
 from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ class PartialDissimilarities(Answer):
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
     job: str
-    state: JobState
+    state: AnsweredState
     shapes: tuple[str, ...]
     names: tuple[str | None, ...] | None = None
     labels: tuple[str, ...] | None
