@@ -55,6 +55,11 @@ def id_given(given: str | None) -> str | None:
     )
 
 
+def names_shape(given: str) -> bool:
+    """Return whether a text is the id of a shape, not the name of a file."""
+    return is_shape_id(given) and not Path(given).is_file()
+
+
 def names_prototype(given: str) -> bool:
     """Return whether a text is the id of a prototype, not the name of a file."""
     return is_prototype_id(given) and not Path(given).is_file()

@@ -16,6 +16,7 @@ from isomatch._cli.options import (
     check_outputs,
     file_named,
     landmark_points,
+    names_shape,
     output_given,
     shapes_given,
 )
@@ -156,12 +157,12 @@ def _along(given: list[str]) -> tuple[list[str], str | None]:
     first, *rest = given
     if len(given) > 3:
         raise typer.BadParameter("give a match or two meshes, and at most one file of values")
-    if not Path(first).is_file() and len(given) < 3:
+    # After an id, another id is that of a mesh, and a file has values.
+    if not Path(first).is_file() and (not rest or (len(rest) < 2 and not names_shape(rest[0]))):
         return [first], rest[0] if rest else None
-    meshes = shapes_given(given[:2])
-    if len(meshes) < 2:
+    if not rest:
         raise typer.BadParameter("give the id of a match, or two meshes")
-    return meshes, given[2] if len(given) > 2 else None
+    return shapes_given(given[:2]), given[2] if len(given) > 2 else None
 
 
 def _values_given(file: str, kind: TransferKind) -> str:

@@ -142,6 +142,14 @@ def test_values_that_do_not_fit_are_missed_before_shapes_are_matched(
         assert "succeeded" not in done.stderr
 
 
+def test_two_meshes_may_be_ids(url: str, blobs: tuple[Path, Path]) -> None:
+    with isomatch.Client(url) as client:
+        ids = [client.upload(file).id for file in blobs]
+    done = run("transfer", *ids, "--what", "colors", url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "a.off has no colours" in done.stderr
+
+
 def test_two_meshes_are_matched_with_the_options_of_a_transfer(
     url: str, blobs: tuple[Path, Path]
 ) -> None:
