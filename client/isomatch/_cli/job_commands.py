@@ -20,6 +20,7 @@ from isomatch._cli.options import (
     id_given,
     registered_given,
 )
+from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
 from isomatch._models import JobState
 
@@ -68,6 +69,7 @@ _AFTER_CANCEL: Final[dict[JobState, str]] = {
 
 jobs = typer.Typer(
     name="jobs",
+    cls=Commands,
     help="List, show, follow and cancel jobs, and fetch or delete their results.",
     epilog=EXIT_CODES,
     no_args_is_help=True,

@@ -25,6 +25,7 @@ from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
 from isomatch._cli.render import standard_error, standard_output
 from isomatch._cli.uploads import named_upload, uploaded
+from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
 from isomatch._models import PrototypeParameters
 
@@ -33,6 +34,7 @@ Name = Annotated[str | None, typer.Option(help="Name. An existing name gets its 
 
 prototypes = typer.Typer(
     name="prototype",
+    cls=Commands,
     help="Learn, list, show, exchange and delete prototypes of classes of shapes.",
     epilog=EXIT_CODES,
     no_args_is_help=True,

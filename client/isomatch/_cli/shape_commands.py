@@ -8,9 +8,10 @@ from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
 from isomatch._cli.job_runs import echo_models
 from isomatch._cli.options import AsJson, Quiet, Url
 from isomatch._cli.render import print_shapes, standard_error, standard_output
+from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
 
-shapes = typer.Typer(name="shapes", epilog=EXIT_CODES, invoke_without_command=True)
+shapes = typer.Typer(name="shapes", cls=Commands, epilog=EXIT_CODES, invoke_without_command=True)
 
 
 @shapes.callback()

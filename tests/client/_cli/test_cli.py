@@ -358,6 +358,9 @@ def test_refusals_name_the_options(url: str, blobs: tuple[Path, Path]) -> None:
     assert "--first-order-weight: " in said
     said = run("match", *blobs, "--landmark", "0:999999", url=url).stderr
     assert "--landmark (0.1): 999999 is no vertex of target" in said
+    done = run("compare", *blobs, "--labels", "a,b,c", url=url)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "--labels: " in done.stderr
 
 
 def test_wrong_usage(url: str, tmp_path: Path) -> None:
