@@ -58,7 +58,15 @@ def _rebuilt(kind: type[IsomatchError], *args: object) -> IsomatchError:
 
 
 class ConnectionFailed(IsomatchError):
-    """Nothing answers at the service's address, or the connection broke."""
+    """Nothing answers at the service's address, or the connection broke.
+
+    Attributes
+    ----------
+    sent
+        Whether the service may have received the request.
+    """
+
+    sent: bool = True
 
 
 class UnexpectedResponse(IsomatchError):

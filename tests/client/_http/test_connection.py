@@ -134,6 +134,26 @@ def test_a_service_that_does_not_hold_answers_back_is_not_flooded() -> None:
     assert len(service.requests) <= 4
 
 
+def test_an_exceeded_timeout_names_the_job() -> None:
+    service = Broken(0, httpx2.ReadError, JOB | {"state": "running"})
+    with client_of(service) as client, pytest.raises(isomatch.WaitTimeout) as late:
+        client.job("0" * 32).wait(timeout=0.0)
+    assert late.value.job_id == "0" * 32
+
+
+@pytest.mark.parametrize(("error", "repeated"), [(httpx2.ConnectError, 0), (httpx2.ReadError, 4)])
+def test_landmarks_that_were_never_sent_are_not_withdrawn(
+    error: type[httpx2.TransportError], repeated: int
+) -> None:
+    service = Broken(100, error, JOB)
+    template = isomatch.LandmarkTemplate(
+        isomatch.Shape.model_validate(SHAPE), isomatch.LandmarkSet(("a",), np.zeros((1, 3)))
+    )
+    with client_of(service) as client, pytest.raises(isomatch.ConnectionFailed):
+        client.landmarks([template], "0" * 32)
+    assert len(service.requests) == 4 + repeated
+
+
 def test_waiting_for_a_job_survives_a_restart_of_the_service(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
