@@ -76,6 +76,9 @@ def leave(
     message = _reason(error) if file is None else f"{file}: {_reason(error, file)}"
     if isinstance(error, InvalidRequest) and not as_json:
         message = by_options(error)
+    ended = isinstance(error, JobFailed | JobCancelled)
+    if isinstance(error, IsomatchError) and error.job_id is not None and not ended:
+        message += f"; get its result with `isomatch jobs result {error.job_id}`"
     if isinstance(error, ConnectionFailed):
         message += " (start a service with `isomatch serve`, or give its address with --url)"
     if isinstance(error, Unauthorized):

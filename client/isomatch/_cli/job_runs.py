@@ -128,11 +128,13 @@ def job_given(client: Client, given: str) -> Job:
     """
     try:
         return client.job(given)
-    except NotFound:
-        if not begins_job_id(given) or len(given) < ID_SHOWN:
+    except NotFound as error:
+        if not begins_job_id(given):
             raise
-        found = [job for job in client.jobs() if job.id.startswith(given)]
+        known = client.jobs() if len(given) >= ID_SHOWN else ()
+        found = [job for job in known if job.id.startswith(given)]
         if not found:
+            error.extend(f", of which commands take the first {ID_SHOWN} or more")
             raise
         if len(found) > 1:
             ids = ", ".join(job.id for job in found)

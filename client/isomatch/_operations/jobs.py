@@ -270,7 +270,7 @@ def wait_for_job(
             return
         now = time.monotonic()
         if timeout is not None and now - start >= timeout:
-            raise WaitTimeout(f"job {job_id}", timeout)
+            raise WaitTimeout(f"job {job_id}", timeout, job_id)
         if (early := asked + wait - now) > 0.0:
             # A proxy, or a service that stops, may answer at once.
             yield Pause(min(early, PROGRESS_POLL))

@@ -111,7 +111,7 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     with isomatch.Client(url) as client:
         assert other.read_bytes() == client.job(job_id).picture(alternative=1)
     refused = run(*drawn, "32", url=url)
-    assert (refused.returncode, json.loads(refused.stderr)["status"]) == (1, 422)
+    assert (refused.returncode, json.loads(refused.stderr)["status"]) == (2, 422)
     assert job_id in run("jobs", "list", "--state", "succeeded", "-q", url=url).stdout.split()
     listed = json.loads(run("jobs", "list", "--json", url=url).stdout)
     assert job_id in {found["id"] for found in listed}
@@ -120,6 +120,7 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     assert shortened["id"] == job_id
     unknown = run("jobs", "show", "0123456789", url=url)
     assert (unknown.returncode, "There is no job 0123456789" in unknown.stderr) == (1, True)
+    assert "of which commands take the first 8 or more" in " ".join(unknown.stderr.split())
     full = run("jobs", "result", job_id, "-o", "/dev/full", url=url)
     assert full.returncode == 1
     assert f"isomatch jobs result {job_id}" in full.stderr

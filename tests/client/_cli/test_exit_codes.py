@@ -1,12 +1,15 @@
 """Exit codes and messages of refusals, by the options of the running command."""
 
+import json
 from collections.abc import Sequence
 
 import httpx2
+import isomatch
 import pytest
 from isomatch import cli
 from isomatch._cli import exit_codes
 from isomatch._clients import Client
+from typer import Exit
 from typer.testing import CliRunner
 
 ID = 32 * "0"
@@ -45,3 +48,23 @@ def test_refused_options_are_wrong_usage(
     done = CliRunner().invoke(cli.app, command)
     assert done.exit_code == (1 if option is None else 2)
     assert f": {option or field.removeprefix('body.')}: is refused" in done.stderr
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_outage_names_the_command_for_the_result(
+    capsys: pytest.CaptureFixture[str], as_json: bool
+) -> None:
+    error = isomatch.ConnectionFailed("gone")
+    error.job_id = ID
+    with pytest.raises(Exit) as left:
+        exit_codes.leave(error, as_json)
+    assert left.value.exit_code == 3
+    said = capsys.readouterr().err
+    message = json.loads(said)["detail"] if as_json else said
+    assert f"gone; get its result with `isomatch jobs result {ID}`" in message
+
+
+def test_a_failed_job_has_no_result_to_get(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(Exit):
+        exit_codes.leave(isomatch.JobCancelled(ID))
+    assert capsys.readouterr().err == f"isomatch: job {ID} was cancelled\n"

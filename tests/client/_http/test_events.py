@@ -105,7 +105,7 @@ def test_a_job_says_what_it_waits_for() -> None:
 
 def test_failures_of_a_stream_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jobs, "LONGEST_OUTAGE", 0.0)
-    with pytest.raises(isomatch.ConnectionFailed, match=r"be reached.*jobs result 1`"):
+    with pytest.raises(isomatch.ConnectionFailed, match=r"be reached.*; job 1 continues"):
         followed(Service(event("a"), None, None, None, None))
 
 
