@@ -6,6 +6,7 @@ import pickle
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import httpx2
 import isomatch
 import numpy as np
 import pytest
@@ -23,6 +24,19 @@ PROBLEM = Problem(
     detail="no",
     errors=(FieldProblem(field="body.points", message="too few"),),
 )
+JOB: dict[str, Any] = {
+    "id": "1",
+    "kind": "match",
+    "state": "queued",
+    "progress": {"stage": "queued", "fraction": 0.0},
+    "created": "2026-01-01T00:00:00Z",
+    "started": None,
+    "ended": None,
+    "position": 0,
+    "error": None,
+    "caller": None,
+    "webhook": None,
+}
 DOCUMENTS: dict[str, Any] = EXAMPLES["answers"]["get_result"]["200"]
 
 
@@ -133,3 +147,27 @@ def test_a_surface_survives(copied: Callable[[isomatch.Geometry], isomatch.Geome
     vertices, faces = blob(2)
     surface = isomatch.Geometry(vertices, faces, np.arange(len(vertices)), None)
     assert np.array_equal(copied(surface).vertices, vertices)
+
+
+def test_connections_say_what_to_send_instead() -> None:
+    transport = httpx2.MockTransport(lambda _: httpx2.Response(200, json=JOB))
+    with isomatch.Client("http://service.test", transport=transport) as client:
+        job = client.job("1")
+        for connected in (client, job, isomatch.AsyncClient("http://service.test")):
+            with pytest.raises(TypeError, match="make a client in each, and send ids"):
+                pickle.dumps(connected)
+
+
+def test_jobs_are_compared_by_their_ids() -> None:
+    states = iter(("queued", "succeeded", "queued"))
+    transport = httpx2.MockTransport(
+        lambda request: httpx2.Response(
+            200, json=JOB | {"id": request.url.path[-1], "state": next(states)}
+        )
+    )
+    with isomatch.Client("http://service.test", transport=transport) as client:
+        one, same, other = client.job("1"), client.job("1"), client.job("2")
+    assert one == same
+    assert len({one, same, other}) == 2
+    assert one != "1"
+    assert (one.names, one.stage) == ((), "next in the queue")
