@@ -18,9 +18,9 @@ from pathlib import Path
 
 import isomatch
 import pytest
-from isomatch._cli import named_upload
 from isomatch._cli.exit_codes import problem_document
 from isomatch._cli.render import print_jobs
+from isomatch._cli.uploads import named_upload
 from rich.console import Console
 
 from demo.stack import ROOT

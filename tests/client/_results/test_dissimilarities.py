@@ -6,7 +6,7 @@ from pathlib import Path
 import isomatch
 import numpy as np
 import pytest
-from isomatch._cli import class_of
+from isomatch._cli.uploads import class_of
 from pydantic import ValidationError
 
 from tests.client.command_line import run
