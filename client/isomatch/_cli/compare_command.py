@@ -7,15 +7,8 @@ import typer
 
 from isomatch._cli.exit_codes import connected
 from isomatch._cli.job_runs import run
-from isomatch._cli.options import (
-    AsJson,
-    Meshes,
-    Picture,
-    Url,
-    Wait,
-    check_outputs,
-    output_option,
-)
+from isomatch._cli.options import AsJson, Meshes, Picture, Url, Wait, output_option
+from isomatch._cli.output_files import check_outputs
 from isomatch._cli.parameter_options import COMPARE
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import class_of, uploaded

@@ -18,8 +18,8 @@ from isomatch._cli.options import (
     Url,
     WhichPicture,
     id_given,
-    registered_given,
 )
+from isomatch._cli.output_files import registered_given
 from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
 from isomatch._models import JobState

@@ -14,7 +14,8 @@ from isomatch._cli.exit_codes import Failures, connected
 from isomatch._cli.job_runs import echo_link, echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
 from isomatch._cli.landmark_templates import checked_surface, landmarks_of
-from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, shapes_given
+from isomatch._cli.output_files import files_given, folder_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import uploaded

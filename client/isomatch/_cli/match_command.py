@@ -17,11 +17,9 @@ from isomatch._cli.options import (
     Targets,
     Url,
     Wait,
-    check_outputs,
-    names_folder,
     names_prototype,
-    output_given,
 )
+from isomatch._cli.output_files import check_outputs, names_folder, output_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import uploaded, usable

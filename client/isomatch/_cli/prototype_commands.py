@@ -9,17 +9,8 @@ import typer
 from isomatch._cli.examples import LEARN_EXAMPLES
 from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
 from isomatch._cli.job_runs import echo_models, run
-from isomatch._cli.options import (
-    AsJson,
-    Meshes,
-    Quiet,
-    Url,
-    Wait,
-    check_outputs,
-    file_named,
-    output_option,
-    writable,
-)
+from isomatch._cli.options import AsJson, Meshes, Quiet, Url, Wait, output_option
+from isomatch._cli.output_files import check_outputs, file_named, writable
 from isomatch._cli.parameter_options import LEARN
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes

@@ -13,13 +13,11 @@ from isomatch._cli.options import (
     AsJson,
     Url,
     Wait,
-    check_outputs,
-    file_named,
     landmark_points,
     names_shape,
-    output_given,
     shapes_given,
 )
+from isomatch._cli.output_files import check_outputs, file_named, output_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.transfer_checks import READ, Carried
