@@ -7,7 +7,7 @@ import typer
 
 from isomatch._cli import render
 from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, Failures, connected
-from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given
+from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given, print_listing
 from isomatch._cli.options import (
     OUTPUT,
     AsJson,
@@ -105,14 +105,8 @@ def list_jobs(
 ) -> None:
     """List the jobs, newest first."""
     with connected(url, as_json) as client:
-        found = client.jobs(state, kind=kind, of=of)
-        if as_json:
-            echo_models(job.record.model_dump_json() for job in found)
-        elif quiet:
-            for job in found:
-                typer.echo(job.id)
-        else:
-            render.print_jobs(found, render.standard_output())
+        found = (job.record for job in client.jobs(state, kind=kind, of=of))
+        print_listing(found, as_json, quiet, render.print_jobs)
 
 
 @jobs.command()

@@ -146,7 +146,8 @@ def test_jobs_are_listed_with_the_names_of_their_shapes(url: str, blobs: tuple[P
         match = client.match(first, second, points=8)
         batch = client.match_many(first, [second], points=8)
         compared = client.dissimilarities([first, second], points=8)
-        print_jobs([match, batch, compared], Console(file=printed, width=300))
+        records = [job.record for job in (match, batch, compared)]
+        print_jobs(records, Console(file=printed, width=300))
         for job in (match, batch, compared):
             job.cancel()
     rows = [line for line in printed.getvalue().splitlines() if "named" in line]
