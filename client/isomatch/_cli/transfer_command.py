@@ -1,6 +1,7 @@
 """``isomatch transfer``: attributes and landmarks carried along a match."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Final, cast
 
@@ -23,6 +24,7 @@ from isomatch._cli.parameter_table import takes
 from isomatch._cli.transfer_checks import READ, Carried
 from isomatch._cli.uploads import named_upload, uploaded
 from isomatch._clients import Client
+from isomatch._errors import JobFailed, ProblemError
 from isomatch._http import DEFAULT_URL
 from isomatch._models import Attributes, MatchParameters
 from isomatch._operations.result_files import TRANSFER_FORMATS
@@ -131,23 +133,35 @@ def transfer(
             match, values = _matched(client, meshes, parameters, as_json, carried)
         else:
             match = job_given(client, meshes[0]).id
-        run(
-            lambda: client.transfer(
-                match,
-                values,
-                what=kind,
-                direction=direction,
-                on=on,
-                names=name or (),
-                influences=influences,
-                points=points,
-            ),
-            as_json,
-            output,
-            None,
-            wait=wait,
-            page=client.base_url,
-        )
+        with _match_kept(match, quiet=as_json or len(meshes) < 2):
+            run(
+                lambda: client.transfer(
+                    match,
+                    values,
+                    what=kind,
+                    direction=direction,
+                    on=on,
+                    names=name or (),
+                    influences=influences,
+                    points=points,
+                ),
+                as_json,
+                output,
+                None,
+                wait=wait,
+                page=client.base_url,
+            )
+
+
+@contextmanager
+def _match_kept(match: str, quiet: bool) -> Iterator[None]:
+    """Print, unless `quiet`, that the shapes need not be matched again if the transfer fails."""
+    try:
+        yield
+    except (ProblemError, JobFailed):
+        if not quiet:
+            typer.echo(f"the match is kept: `isomatch transfer {match} ...` uses it", err=True)
+        raise
 
 
 def _along(given: list[str]) -> tuple[list[str], str | None]:
