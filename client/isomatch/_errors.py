@@ -42,7 +42,19 @@ from isomatch._problem import FieldProblem, Problem
 
 
 class IsomatchError(Exception):
-    """Base of the errors of this package; the message is one line for users."""
+    """Base of the errors of this package; the message is one line for users.
+
+    Attributes
+    ----------
+    job_id
+        The job that was waited for; None if there is none.
+    """
+
+    job_id: str | None = None
+
+    def extend(self, hint: str) -> None:
+        """Add to the message."""
+        self.args = (f"{str(self).rstrip('.')}{hint}",)
 
     def __reduce__(self) -> tuple[Callable[..., "IsomatchError"], tuple[Any, ...], dict[str, Any]]:
         # Python's own way calls the class with the message, but constructors take other arguments:
@@ -58,7 +70,15 @@ def _rebuilt(kind: type[IsomatchError], *args: object) -> IsomatchError:
 
 
 class ConnectionFailed(IsomatchError):
-    """Nothing answers at the service's address, or the connection broke."""
+    """Nothing answers at the service's address, or the connection broke.
+
+    Attributes
+    ----------
+    sent
+        Whether the service may have received the request.
+    """
+
+    sent: bool = True
 
 
 class UnexpectedResponse(IsomatchError):
@@ -80,6 +100,12 @@ class ProblemError(IsomatchError):
         super().__init__(problem.summary)
         self.problem = problem
         self.retry_after = retry_after
+
+    def extend(self, hint: str) -> None:
+        """Add to the message, and to the detail of the problem document."""
+        detail = f"{(self.detail or self.title).rstrip('.')}{hint}"
+        self.problem = self.problem.model_copy(update={"detail": detail})
+        self.args = (self.problem.summary,)
 
     @property
     def status(self) -> int:
@@ -223,8 +249,9 @@ class JobCancelled(IsomatchError):
 class WaitTimeout(IsomatchError, TimeoutError):
     """A job or an upload did not end within the timeout; it continues on the service."""
 
-    def __init__(self, subject: str, timeout: float) -> None:
+    def __init__(self, subject: str, timeout: float, job_id: str | None = None) -> None:
         super().__init__(f"{subject} did not end within {timeout:g} s; it continues")
+        self.job_id = job_id
 
 
 _BY_STATUS: dict[int, type[ProblemError]] = {

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from typing_extensions import TypedDict
 
 from isomatch._errors import InvalidSignature
-from isomatch._models import Answer, JobState, MatchSummary
+from isomatch._models import Answer, AnsweredState, MatchSummary
 from isomatch._problem import Problem
 
 
@@ -44,7 +44,7 @@ class EndedJob(Answer):
 
     id: str
     kind: str
-    state: JobState
+    state: AnsweredState
     created: datetime
     started: datetime | None
     ended: datetime | None

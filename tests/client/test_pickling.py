@@ -6,6 +6,7 @@ import pickle
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import httpx2
 import isomatch
 import numpy as np
 import pytest
@@ -23,6 +24,19 @@ PROBLEM = Problem(
     detail="no",
     errors=(FieldProblem(field="body.points", message="too few"),),
 )
+JOB: dict[str, Any] = {
+    "id": "1",
+    "kind": "match",
+    "state": "queued",
+    "progress": {"stage": "queued", "fraction": 0.0},
+    "created": "2026-01-01T00:00:00Z",
+    "started": None,
+    "ended": None,
+    "position": 0,
+    "error": None,
+    "caller": None,
+    "webhook": None,
+}
 DOCUMENTS: dict[str, Any] = EXAMPLES["answers"]["get_result"]["200"]
 
 
@@ -88,11 +102,37 @@ def test_every_result_survives(kind: str, copied: Callable[[Result], Result]) ->
     result = _result(_RESULTS[kind])
     again = copied(result)
     assert type(again) is type(result)
-    # Arrays of dissimilarities cannot be compared by ==.
-    assert again.model_dump_json() == result.model_dump_json()
+    assert again == result
     assert again.to_json() == result.to_json()
     if isinstance(result, ArrayResult) and isinstance(again, ArrayResult):
         assert again._archive == result._archive
+
+
+@pytest.mark.parametrize("kind", sorted(_RESULTS))
+def test_results_are_compared_by_their_fields(kind: str) -> None:
+    one, other = _result(_RESULTS[kind]), _result(_RESULTS[kind])
+    _read_arrays(one)
+    _read_arrays(other)
+    assert one == other
+    assert one.model_copy(update={"job": "another"}) != other
+    assert one != "a result"
+
+
+def _read_arrays(result: Result) -> None:
+    """Read all arrays of a result, which it keeps."""
+    if isinstance(result, isomatch.Dissimilarities):
+        assert result.lower_bound_matrix.shape == result.matrix.shape
+    if isinstance(result, isomatch.Match):
+        assert len(result.pairs) == len(result.costs)
+
+
+def test_unknown_entries_of_partial_dissimilarities_are_equal() -> None:
+    document: dict[str, object] = {"job": "a8ba", "state": "running", "labels": None}
+    document |= {"shapes": ["a", "b"], "pairs": 1, "pairs_done": 0}
+    document |= {"matrix": [[0.0, None], [None, 0.0]]}
+    one, other = (isomatch.PartialDissimilarities.model_validate(document) for _ in range(2))
+    assert one == other
+    assert one != other.model_copy(update={"matrix": np.zeros((2, 2))})
 
 
 def test_an_unpickled_result_says_what_to_draw_it_with() -> None:
@@ -107,3 +147,27 @@ def test_a_surface_survives(copied: Callable[[isomatch.Geometry], isomatch.Geome
     vertices, faces = blob(2)
     surface = isomatch.Geometry(vertices, faces, np.arange(len(vertices)), None)
     assert np.array_equal(copied(surface).vertices, vertices)
+
+
+def test_connections_say_what_to_send_instead() -> None:
+    transport = httpx2.MockTransport(lambda _: httpx2.Response(200, json=JOB))
+    with isomatch.Client("http://service.test", transport=transport) as client:
+        job = client.job("1")
+        for connected in (client, job, isomatch.AsyncClient("http://service.test")):
+            with pytest.raises(TypeError, match="make a client in each, and send ids"):
+                pickle.dumps(connected)
+
+
+def test_jobs_are_compared_by_their_ids() -> None:
+    states = iter(("queued", "succeeded", "queued"))
+    transport = httpx2.MockTransport(
+        lambda request: httpx2.Response(
+            200, json=JOB | {"id": request.url.path[-1], "state": next(states)}
+        )
+    )
+    with isomatch.Client("http://service.test", transport=transport) as client:
+        one, same, other = client.job("1"), client.job("1"), client.job("2")
+    assert one == same
+    assert len({one, same, other}) == 2
+    assert one != "1"
+    assert (one.names, one.stage) == ((), "next in the queue")

@@ -10,7 +10,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED
 from isomatch._cli.job_runs import cancelled_by_interrupt
-from isomatch._cli.options import files_given, names_folder, output_folder_given
+from isomatch._cli.output_files import files_given, names_folder, output_folder_given
 from isomatch._clients import Client, Job
 from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
 from isomatch._models import MatchParameters, Shape
@@ -136,10 +136,10 @@ def run_batch(
 def _written(job: Job[Batch], targets: Sequence[str], output: MatchFolder, as_json: bool) -> bool:
     """Write the files as matches end; return whether one could not be written."""
     failed, ended = False, 0
+    target_of = {one.job: name for one, name in zip(job.matches().matches, targets, strict=True)}
     for match in job.ended_matches():
         ended += 1
-        # The id of a match ends in its place, from 1.
-        target = targets[int(match.id.rpartition("-")[2]) - 1]
+        target = target_of[match.id]
         if not as_json:
             typer.echo(f"{ended} of {len(targets)}: {target} {match.state}", err=True)
         file = output.file_of(target)

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import typer
 
-from isomatch._cli import parameter_options
+from isomatch._cli.usage_errors import running_options
 from isomatch._clients import Client
 from isomatch._errors import (
     ConnectionFailed,
@@ -22,12 +22,6 @@ from isomatch._errors import (
     ProblemError,
     Unauthorized,
     UnexpectedResponse,
-)
-
-_PARAMETERS: Final = frozenset(
-    one.name
-    for options in (parameter_options.MATCH, parameter_options.COMPARE, parameter_options.LEARN)
-    for one in options
 )
 
 REFUSED: Final = 1
@@ -82,6 +76,9 @@ def leave(
     message = _reason(error) if file is None else f"{file}: {_reason(error, file)}"
     if isinstance(error, InvalidRequest) and not as_json:
         message = by_options(error)
+    ended = isinstance(error, JobFailed | JobCancelled)
+    if isinstance(error, IsomatchError) and error.job_id is not None and not ended:
+        message += f"; get its result with `isomatch jobs result {error.job_id}`"
     if isinstance(error, ConnectionFailed):
         message += " (start a service with `isomatch serve`, or give its address with --url)"
     if isinstance(error, Unauthorized):
@@ -174,13 +171,12 @@ def by_options(error: InvalidRequest) -> str:
 
 def _option(field: str) -> str:
     """Return the option for a field of a request, as ``--landmark (0.1)``; else the field."""
-    name, _, rest = field.removeprefix("body.").partition(".")
-    if name not in _PARAMETERS:
-        return field
-    # Options of lists are given once for each entry; `points` of a match is a number.
-    entry = name.removesuffix("s") if name == "landmarks" or (name == "points" and rest) else name
-    flag = "--" + entry.replace("_", "-")
-    return f"{flag} ({rest})" if rest else flag
+    name, _, rest = field.removeprefix("body.").removeprefix("query.").partition(".")
+    flag = "--" + name.replace("_", "-")
+    # Options of lists may be given once for each entry.
+    for known in running_options() & {flag, flag.removesuffix("s")}:
+        return f"{known} ({rest})" if rest else known
+    return field
 
 
 def problem_document(error: Exception, message: str) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import typer
 
 from isomatch._cli import render
 from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, Failures, connected
-from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given
+from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given, print_listing
 from isomatch._cli.options import (
     OUTPUT,
     AsJson,
@@ -18,8 +18,9 @@ from isomatch._cli.options import (
     Url,
     WhichPicture,
     id_given,
-    registered_given,
 )
+from isomatch._cli.output_files import registered_given
+from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
 from isomatch._models import JobState
 
@@ -68,6 +69,7 @@ _AFTER_CANCEL: Final[dict[JobState, str]] = {
 
 jobs = typer.Typer(
     name="jobs",
+    cls=Commands,
     help="List, show, follow and cancel jobs, and fetch or delete their results.",
     epilog=EXIT_CODES,
     no_args_is_help=True,
@@ -103,14 +105,8 @@ def list_jobs(
 ) -> None:
     """List the jobs, newest first."""
     with connected(url, as_json) as client:
-        found = client.jobs(state, kind=kind, of=of)
-        if as_json:
-            echo_models(job.record.model_dump_json() for job in found)
-        elif quiet:
-            for job in found:
-                typer.echo(job.id)
-        else:
-            render.print_jobs(found, render.standard_output())
+        found = (job.record for job in client.jobs(state, kind=kind, of=of))
+        print_listing(found, as_json, quiet, render.print_jobs)
 
 
 @jobs.command()
@@ -178,7 +174,7 @@ def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> 
                 job = job_given(client, job_id).cancel()
                 records.append(job.record.model_dump_json())
                 if not as_json:
-                    typer.echo(f"job {job.id} {_AFTER_CANCEL[job.state]}", err=True)
+                    typer.echo(f"job {job.id} {_AFTER_CANCEL.get(job.state, job.state)}", err=True)
         if as_json:
             echo_models(records)
         failures.check()

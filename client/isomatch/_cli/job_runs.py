@@ -2,12 +2,14 @@
 
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
+from typing import Any, Final, TypeVar
 
 import typer
+from rich.console import Console
 
 from isomatch._cli import render
 from isomatch._cli.maps_rendering import print_maps
@@ -15,7 +17,7 @@ from isomatch._cli.prototype_rendering import print_learned
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._clients import Client, Job
 from isomatch._errors import IsomatchError, NotFound
-from isomatch._models import begins_job_id
+from isomatch._models import JobRecord, Shape, begins_job_id
 from isomatch._operations.results import View
 from isomatch._progress import ID_SHOWN
 from isomatch._results import (
@@ -24,9 +26,13 @@ from isomatch._results import (
     Dissimilarities,
     LearnedPrototype,
     Match,
+    Prototype,
     Registration,
+    Result,
     Transfer,
 )
+
+RecordT = TypeVar("RecordT", JobRecord, Shape, Prototype)
 
 
 @contextmanager
@@ -128,11 +134,13 @@ def job_given(client: Client, given: str) -> Job:
     """
     try:
         return client.job(given)
-    except NotFound:
-        if not begins_job_id(given) or len(given) < ID_SHOWN:
+    except NotFound as error:
+        if not begins_job_id(given):
             raise
-        found = [job for job in client.jobs() if job.id.startswith(given)]
+        known = client.jobs() if len(given) >= ID_SHOWN else ()
+        found = [job for job in known if job.id.startswith(given)]
         if not found:
+            error.extend(f", of which commands take the first {ID_SHOWN} or more")
             raise
         if len(found) > 1:
             ids = ", ".join(job.id for job in found)
@@ -180,27 +188,46 @@ def finish(
     result = job.result(progress=not as_json or sys.stderr.isatty())
     with result_stays(job, as_json):
         if output is not None:
-            job.save(output)
+            held = result.held(output.suffix.lower().removeprefix(".") or "json")
+            if held is None:
+                job.save(output)
+            else:
+                output.write_bytes(held)
         if picture is not None:
             job.save_picture(picture, alternative=alternative, view=view)
     if as_json:
         typer.echo(result.to_json())
-    elif isinstance(result, Match):
-        render.print_match(result, render.standard_output())
-    elif isinstance(result, Batch):
-        render.print_batch(result, render.standard_output())
-    elif isinstance(result, Dissimilarities):
-        render.print_dissimilarities(result, render.standard_output())
-    elif isinstance(result, Transfer):
-        render.print_transfer(result, render.standard_output())
-    elif isinstance(result, Registration):
-        print_registration(result, render.standard_output())
-    elif isinstance(result, ConsistentMaps):
-        print_maps(result, render.standard_output())
-    elif isinstance(result, LearnedPrototype):
-        print_learned(result, render.standard_output())
+    else:
+        _PRINTED[type(result)](result, render.standard_output())
+
+
+_PRINTED: Final[Mapping[type[Result], Callable[[Any, Console], None]]] = {
+    Match: render.print_match,
+    Batch: render.print_batch,
+    Dissimilarities: render.print_dissimilarities,
+    Transfer: render.print_transfer,
+    Registration: print_registration,
+    ConsistentMaps: print_maps,
+    LearnedPrototype: print_learned,
+}
 
 
 def echo_models(documents: Iterable[str]) -> None:
     """Print JSON documents as a list."""
     typer.echo("[" + ",\n".join(documents) + "]")
+
+
+def print_listing(
+    found: Iterable[RecordT],
+    as_json: bool,
+    quiet: bool,
+    table: Callable[[Iterable[RecordT], Console], None],
+) -> None:
+    """Print records as JSON, as ids, or as a table."""
+    if as_json:
+        echo_models(one.model_dump_json() for one in found)
+    elif quiet:
+        for one in found:
+            typer.echo(one.id)
+    else:
+        table(found, render.standard_output())

@@ -14,7 +14,8 @@ from isomatch._cli.exit_codes import Failures, connected
 from isomatch._cli.job_runs import echo_link, echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
 from isomatch._cli.landmark_templates import checked_surface, landmarks_of
-from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, shapes_given
+from isomatch._cli.output_files import files_given, folder_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import uploaded
@@ -164,14 +165,12 @@ def landmarks(
     inputs = [*specimens, *(one for pair in files for one in pair)]
     files_given(folder, [TABLE, *LandmarkOutput.files(names, file_format)], inputs)
     with connected(url, as_json) as client:
-        sets = with_same_labels(
-            [landmarks_of(file, shape, coordinates) for shape, file in files],
-            [str(file) for _, file in files],
-        )
+        read = [landmarks_of(file, shape, coordinates) for shape, file in files]
+        sets = with_same_labels(read, [str(file) for _, file in files])
         shapes = uploaded(client, [shape for shape, _ in files], as_json)
         surfaces = [
-            checked_surface(client, shape, known, file, coordinates, as_json)
-            for (shape, file), known in zip(files, shapes, strict=True)
+            checked_surface(client, mesh, shape, given, file, coordinates, as_json)
+            for (mesh, file), shape, given in zip(files, shapes, read, strict=True)
         ]
         templates = list(map(LandmarkTemplate, shapes, sets, surfaces))
         folder.mkdir(exist_ok=True)

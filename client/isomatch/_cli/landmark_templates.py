@@ -58,6 +58,7 @@ def checked_surface(
     client: Client,
     mesh: str,
     shape: Shape,
+    landmarks: LandmarkSet,
     file: Path,
     coordinates: CoordinateSystem,
     as_json: bool,
@@ -72,12 +73,13 @@ def checked_surface(
         The connection.
     mesh, shape
         Path of the template's mesh, and its upload.
+    landmarks
+        Of the template.
     file, coordinates
         As for :func:`landmarks_of`.
     as_json
         Report errors as JSON, and no warnings.
     """
-    landmarks = landmarks_of(file, mesh, coordinates)
     try:
         surface = client.geometry(shape)
         remarks = remarks_on(landmarks, surface)

@@ -7,7 +7,8 @@ import typer
 
 from isomatch._cli.exit_codes import connected
 from isomatch._cli.job_runs import run
-from isomatch._cli.options import AsJson, Meshes, Url, Wait, check_outputs, output_option
+from isomatch._cli.options import AsJson, Meshes, Url, Wait, output_option
+from isomatch._cli.output_files import check_outputs
 from isomatch._cli.uploads import uploaded
 from isomatch._http import DEFAULT_URL
 

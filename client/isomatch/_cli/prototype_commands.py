@@ -8,23 +8,15 @@ import typer
 
 from isomatch._cli.examples import LEARN_EXAMPLES
 from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
-from isomatch._cli.job_runs import echo_models, run
-from isomatch._cli.options import (
-    AsJson,
-    Meshes,
-    Quiet,
-    Url,
-    Wait,
-    check_outputs,
-    file_named,
-    output_option,
-    writable,
-)
+from isomatch._cli.job_runs import print_listing, run
+from isomatch._cli.options import AsJson, Meshes, Quiet, Url, Wait, output_option
+from isomatch._cli.output_files import check_outputs, file_named, writable
 from isomatch._cli.parameter_options import LEARN
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
 from isomatch._cli.render import standard_error, standard_output
 from isomatch._cli.uploads import named_upload, uploaded
+from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
 from isomatch._models import PrototypeParameters
 
@@ -33,6 +25,7 @@ Name = Annotated[str | None, typer.Option(help="Name. An existing name gets its 
 
 prototypes = typer.Typer(
     name="prototype",
+    cls=Commands,
     help="Learn, list, show, exchange and delete prototypes of classes of shapes.",
     epilog=EXIT_CODES,
     no_args_is_help=True,
@@ -82,14 +75,7 @@ def list_prototypes(
 ) -> None:
     """List the prototypes, all versions of all names, newest first."""
     with connected(url, as_json) as client:
-        found = client.prototypes(name)
-        if as_json:
-            echo_models(prototype.model_dump_json() for prototype in found)
-        elif quiet:
-            for prototype in found:
-                typer.echo(prototype.id)
-        else:
-            print_prototypes(found, standard_output())
+        print_listing(client.prototypes(name), as_json, quiet, print_prototypes)
 
 
 @prototypes.command()

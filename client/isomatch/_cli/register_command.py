@@ -9,15 +9,8 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, Failures, connected
 from isomatch._cli.job_runs import cancelled_by_interrupt, result_stays
-from isomatch._cli.options import (
-    AsJson,
-    Mesh,
-    Meshes,
-    Url,
-    Wait,
-    files_given,
-    output_folder_given,
-)
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, Wait
+from isomatch._cli.output_files import files_given, output_folder_given
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._cli.uploads import shape_name, uploaded, usable
 from isomatch._clients import Job

@@ -13,7 +13,6 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from isomatch._cli.less_energy import less_energy
-from isomatch._clients import Job
 from isomatch._models import (
     Confidence,
     JobRecord,
@@ -292,7 +291,7 @@ def _parameter(parameter: StructureParameter) -> str:
     return f"{parameter.name}={default}{unit}"
 
 
-def print_jobs(jobs: Iterable[Job], console: Console) -> None:
+def print_jobs(jobs: Iterable[JobRecord], console: Console) -> None:
     """Print jobs, one in a row."""
     table = listing("id", "kind", "state", "done", "queued")
     table.add_column("of", overflow="fold")
@@ -304,8 +303,8 @@ def print_jobs(jobs: Iterable[Job], console: Console) -> None:
             job.state,
             f"{job.progress.fraction:.0%}",
             local(job.created),
-            Text(_subject(job.record, short=True)),
-            Text(job.record.stage),
+            Text(_subject(job, short=True)),
+            Text(job.stage),
         )
     console.print(table)
 

@@ -5,12 +5,13 @@ from typing import Annotated
 import typer
 
 from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
-from isomatch._cli.job_runs import echo_models
+from isomatch._cli.job_runs import print_listing
 from isomatch._cli.options import AsJson, Quiet, Url
-from isomatch._cli.render import print_shapes, standard_error, standard_output
+from isomatch._cli.render import print_shapes, standard_error
+from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
 
-shapes = typer.Typer(name="shapes", epilog=EXIT_CODES, invoke_without_command=True)
+shapes = typer.Typer(name="shapes", cls=Commands, epilog=EXIT_CODES, invoke_without_command=True)
 
 
 @shapes.callback()
@@ -24,13 +25,7 @@ def list_shapes(
     if context.invoked_subcommand is not None:
         return
     with connected(url, as_json) as client:
-        if as_json:
-            echo_models(shape.model_dump_json() for shape in client.shapes())
-        elif quiet:
-            for shape in client.shapes():
-                typer.echo(shape.id)
-        else:
-            print_shapes(client.shapes(), standard_output())
+        print_listing(client.shapes(), as_json, quiet, print_shapes)
 
 
 @shapes.command()

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from isomatch._models import Attributes, AttributeSummary, Shape
+from isomatch._models import Attributes, Shape
 from isomatch._results import Element, TransferKind
 
 _OF_NUMBERS: Final = ("npz", "csv", "ply", "glb")
@@ -83,7 +83,7 @@ class Carried:
                 )
 
     def check_values(self, values: Attributes, source: Shape, target: Shape) -> None:
-        """Refuse values of another shape, and a file without values of this kind or name.
+        """Refuse values of another shape, and a file without values of these names.
 
         Raises
         ------
@@ -99,43 +99,14 @@ class Carried:
                 f" {shape.file_vertices:,} vertices and {shape.file_faces:,} faces: give a row for"
                 " each vertex, or for each face"
             )
-        found = [one for one in values.attributes if _may_be(one, self.kind, bool(self.names))]
         there = [one.name for one in values.attributes]
-        what = _WORDS.get(self.kind, self.kind)
-        if not found:
-            raise ValueError(f"{values.name} has no {what}; there are {_listed(there)}")
-        named = _joints(found) if self.kind == "skinning" else [one.name for one in found]
-        for name in self.names:
-            if named and name not in named:
-                raise ValueError(
-                    f"--name: {values.name} has no {what} called {name!r}; there are"
-                    f" {_listed(named)}"
-                )
-
-
-def _may_be(one: AttributeSummary, kind: TransferKind, named: bool) -> bool:
-    """Return whether an attribute can be of a kind, as far as its record tells."""
-    if kind == "labels":
-        # Floats are labels if they are all whole, which the record does not tell.
-        return not one.columns
-    if one.type == "text":
-        return False
-    if kind == "colors":
-        return len(one.columns) in (3, 4) and (named or one.name == "colors")
-    if kind == "scalars":
-        return not one.columns
-    if kind == "skinning":
-        return one.name == "weights" if one.columns else one.on != "faces"
-    return bool(one.columns) and (named or one.name not in ("colors", "weights"))
-
-
-def _joints(found: Sequence[AttributeSummary]) -> list[str]:
-    """Names of the joints; none where the record does not tell them."""
-    skin = next((one for one in found if one.columns), None)
-    if skin is None:
-        return [one.name for one in found]
-    # Weights of joints without names have numbers as columns, and are called otherwise.
-    return [] if all(map(str.isdigit, skin.columns)) else list(skin.columns)
+        missing = [name for name in self.names if name not in there]
+        # Names of skinning weights are those of joints, which not all files have.
+        if missing and self.kind != "skinning":
+            raise ValueError(
+                f"--name: {values.name} has nothing called {missing[0]!r}; there are"
+                f" {_listed(there)}"
+            )
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -1,6 +1,7 @@
 """``isomatch transfer``: attributes and landmarks carried along a match."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Final, cast
 
@@ -13,17 +14,17 @@ from isomatch._cli.options import (
     AsJson,
     Url,
     Wait,
-    check_outputs,
-    file_named,
     landmark_points,
-    output_given,
+    names_shape,
     shapes_given,
 )
+from isomatch._cli.output_files import check_outputs, file_named, output_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.transfer_checks import READ, Carried
 from isomatch._cli.uploads import named_upload, uploaded
 from isomatch._clients import Client
+from isomatch._errors import JobFailed, ProblemError
 from isomatch._http import DEFAULT_URL
 from isomatch._models import Attributes, MatchParameters
 from isomatch._operations.result_files import TRANSFER_FORMATS
@@ -132,23 +133,35 @@ def transfer(
             match, values = _matched(client, meshes, parameters, as_json, carried)
         else:
             match = job_given(client, meshes[0]).id
-        run(
-            lambda: client.transfer(
-                match,
-                values,
-                what=kind,
-                direction=direction,
-                on=on,
-                names=name or (),
-                influences=influences,
-                points=points,
-            ),
-            as_json,
-            output,
-            None,
-            wait=wait,
-            page=client.base_url,
-        )
+        with _match_kept(match, quiet=as_json or len(meshes) < 2):
+            run(
+                lambda: client.transfer(
+                    match,
+                    values,
+                    what=kind,
+                    direction=direction,
+                    on=on,
+                    names=name or (),
+                    influences=influences,
+                    points=points,
+                ),
+                as_json,
+                output,
+                None,
+                wait=wait,
+                page=client.base_url,
+            )
+
+
+@contextmanager
+def _match_kept(match: str, quiet: bool) -> Iterator[None]:
+    """Print, unless `quiet`, that the shapes need not be matched again if the transfer fails."""
+    try:
+        yield
+    except (ProblemError, JobFailed):
+        if not quiet:
+            typer.echo(f"the match is kept: `isomatch transfer {match} ...` uses it", err=True)
+        raise
 
 
 def _along(given: list[str]) -> tuple[list[str], str | None]:
@@ -156,12 +169,12 @@ def _along(given: list[str]) -> tuple[list[str], str | None]:
     first, *rest = given
     if len(given) > 3:
         raise typer.BadParameter("give a match or two meshes, and at most one file of values")
-    if not Path(first).is_file() and len(given) < 3:
+    # After an id, another id is that of a mesh, and a file has values.
+    if not Path(first).is_file() and (not rest or (len(rest) < 2 and not names_shape(rest[0]))):
         return [first], rest[0] if rest else None
-    meshes = shapes_given(given[:2])
-    if len(meshes) < 2:
+    if not rest:
         raise typer.BadParameter("give the id of a match, or two meshes")
-    return meshes, given[2] if len(given) > 2 else None
+    return shapes_given(given[:2]), given[2] if len(given) > 2 else None
 
 
 def _values_given(file: str, kind: TransferKind) -> str:

@@ -79,6 +79,7 @@ def usable(
     found = []
     for source in sources:
         with failures.named(source):
+            _check_ending(source)
             with named_upload(source, failures.as_json):
                 shape = client.upload(source) if Path(source).is_file() else client.shape(source)
             warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
@@ -88,6 +89,14 @@ def usable(
     if not found:
         failures.check()
     return found
+
+
+def _check_ending(source: str) -> None:
+    if Path(source).is_file() and not Path(source).suffix:
+        raise ValueError(
+            "the name does not tell the format: upload it with `isomatch upload --file-type off`,"
+            " and give its id"
+        )
 
 
 @contextmanager

@@ -1,8 +1,9 @@
-"""Errors of usage with ``--json``: problem documents, as all other errors."""
+"""The commands, and errors of usage with ``--json``: problem documents, as all other errors."""
 
 import json
 import sys
 from collections.abc import Sequence
+from contextvars import ContextVar
 from typing import Any, Final, NoReturn
 
 import typer
@@ -10,6 +11,15 @@ from typer.core import TyperGroup
 
 # typer exports no base class of its errors of usage; it has had a click of its own since 0.26.
 _UsageError: Final[Any] = typer.BadParameter.__base__
+
+
+_running: Final[ContextVar[Any]] = ContextVar("running command", default=None)
+
+
+def running_options() -> frozenset[str]:
+    """Return the options of the running command, such as ``"--points"``."""
+    parameters = () if (command := _running.get()) is None else command.params
+    return frozenset(flag for one in parameters for flag in one.opts if flag.startswith("--"))
 
 
 class Commands(TyperGroup):
@@ -25,6 +35,12 @@ class Commands(TyperGroup):
         except _UsageError as error:
             _report(error)
         sys.exit(code or 0)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that a command line names, which runs from here on."""
+        name, command, rest = super().resolve_command(ctx, args)
+        _running.set(command)
+        return name, command, rest
 
 
 def _report(error: Any) -> NoReturn:

@@ -15,6 +15,12 @@ class RecordedJob:
     def _remember(self, record: JobRecord) -> None:
         self._record = record
 
+    def __eq__(self, other: object) -> bool:
+        return self.id == other.id if isinstance(other, RecordedJob) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.id)
+
     def __repr__(self) -> str:
         return f"<Job {self.id} {self.state}>"
 
@@ -77,6 +83,16 @@ class RecordedJob:
     def name(self) -> str | None:
         """Name of the learned prototype or of the upload; None for other kinds."""
         return self._record.name
+
+    @property
+    def names(self) -> tuple[str | None, ...]:
+        """Names given with :attr:`shapes`, the source first; None for the stored one."""
+        return self._record.names
+
+    @property
+    def stage(self) -> str:
+        """Stage of a running job, and what it waits for, in words."""
+        return self._record.stage
 
     @property
     def finished(self) -> bool:

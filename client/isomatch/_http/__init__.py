@@ -1,7 +1,15 @@
 """HTTP: steps of operations and their answers without I/O, and the two transports that do I/O."""
 
 from isomatch._http.address import DEFAULT_URL, URL_VARIABLE, api_key_or_default, url_or_default
-from isomatch._http.answers import checked, delete, fetch, fetch_bytes, parsed, send, unexpected
+from isomatch._http.answers import (
+    checked_stream,
+    delete,
+    fetch,
+    fetch_bytes,
+    parsed,
+    send,
+    unexpected,
+)
 from isomatch._http.async_transport import AsyncTransport
 from isomatch._http.blocking_transport import BlockingTransport
 from isomatch._http.events import EventReader
@@ -47,7 +55,7 @@ __all__ = [
     "Stream",
     "UploadFile",
     "api_key_or_default",
-    "checked",
+    "checked_stream",
     "delete",
     "failure_message",
     "fetch",

@@ -78,6 +78,20 @@ def checked(response: httpx2.Response) -> httpx2.Response:
     raise UnexpectedResponse(_message(response, f"{response.status_code} without a reason"))
 
 
+def checked_stream(response: httpx2.Response) -> httpx2.Response:
+    """Return an answer that is a stream of events, or raise as :func:`checked` does.
+
+    Raises
+    ------
+    ProblemError, UnexpectedResponse
+        It is something else.
+    """
+    kind = checked(response).headers.get("content-type", "without a type")
+    if not kind.startswith("text/event-stream"):
+        raise UnexpectedResponse(_message(response, f"no stream of events, but {kind}"))
+    return response
+
+
 def parsed(kind: type[ModelT], response: httpx2.Response) -> ModelT:
     """Read the answer's JSON as a model.
 

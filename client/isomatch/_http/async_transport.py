@@ -2,14 +2,14 @@
 
 from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import AsyncExitStack, aclosing, closing
-from typing import Final, TypeVar
+from typing import Final, NoReturn, TypeVar
 
 import anyio
 import httpx2
 
 from isomatch._http.answers import undecodable
 from isomatch._http.blocking_transport import advance
-from isomatch._http.httpx_arguments import client_arguments, request_arguments
+from isomatch._http.httpx_arguments import CONNECTED, client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
 
@@ -37,6 +37,9 @@ class AsyncTransport:
         self._timeout = timeout
         self.retries = retries
         self._http = httpx2.AsyncClient(transport=transport, **client_arguments(base_url, api_key))
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(CONNECTED)
 
     async def run(self, operation: Operation[ResultT]) -> ResultT:
         """Run an operation and return its value."""

@@ -3,12 +3,12 @@
 import time
 from collections.abc import Generator, Iterator
 from contextlib import ExitStack, closing
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import httpx2
 
 from isomatch._http.answers import undecodable
-from isomatch._http.httpx_arguments import client_arguments, request_arguments
+from isomatch._http.httpx_arguments import CONNECTED, client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
 
@@ -50,6 +50,9 @@ class BlockingTransport:
         self._timeout = timeout
         self.retries = retries
         self._http = httpx2.Client(transport=transport, **client_arguments(base_url, api_key))
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(CONNECTED)
 
     def run(self, operation: Operation[ResultT]) -> ResultT:
         """Run an operation and return its value."""

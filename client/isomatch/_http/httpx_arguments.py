@@ -25,6 +25,13 @@ class ClientArguments(TypedDict):
     trust_env: bool
 
 
+CONNECTED: Final = (
+    "a connection to a service stays in its process: make a client in each, and send ids of shapes"
+    " and jobs, or results"
+)
+"""Refusal to pickle a client or a job."""
+
+
 def client_arguments(base_url: str, api_key: str | None) -> ClientArguments:
     """Return the arguments of a client of one service."""
     headers = {"user-agent": f"isomatch/{version('isomatch')}"}

@@ -112,13 +112,16 @@ def with_retries(operation: Operation[ResultT], retries: int) -> Operation[Resul
 
 
 def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
-    failures = Failures(retries, call.outage)
+    failures, sent = Failures(retries, call.outage), False
     while True:
         try:
             response = yield call
         except httpx2.TransportError as error:
+            sent |= not isinstance(error, _NEVER_SENT)
             if failures.exhausted():
-                raise ConnectionFailed(failure_message(error, call)) from error
+                failed = ConnectionFailed(failure_message(error, call))
+                failed.sent = sent
+                raise failed from error
             yield Pause(failures.pause())
         else:
             assert response is not None

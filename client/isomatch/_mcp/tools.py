@@ -106,15 +106,20 @@ class Tools:
         ] = "detected",
         landmarks: Annotated[
             list[tuple[int, int]] | None,
-            Field(description="Pairs of vertices, source and target, known to correspond."),
+            Field(description="Known pairs of vertices, of source and target, up to 32."),
         ] = None,
         simplify: Annotated[
             int | None,
-            Field(description="Simplify larger shapes to this many vertices first: faster."),
+            Field(
+                description="Simplify larger shapes to this many vertices first, 100 to 1,000,000:"
+                " faster."
+            ),
         ] = None,
         time_limit: Annotated[
             float | None,
-            Field(description="Seconds after which the best answer so far is returned."),
+            Field(
+                description="Seconds, over 0, up to 86,400, after which the best answer is given."
+            ),
         ] = None,
         save_to: MatchFile = None,
     ) -> MatchAnswer:

@@ -24,7 +24,7 @@ from isomatch._models.ids import (
     is_shape_id,
     may_be_id,
 )
-from isomatch._models.job import JobRecord, JobState, JobWebhook, Progress
+from isomatch._models.job import AnsweredState, JobRecord, JobState, JobWebhook, Progress
 from isomatch._models.match_summary import MatchSummary
 from isomatch._models.parameters import (
     DissimilarityParameters,
@@ -42,6 +42,7 @@ __all__ = [
     "UPRIGHT",
     "Alternative",
     "Answer",
+    "AnsweredState",
     "AttributeSummary",
     "Attributes",
     "Confidence",

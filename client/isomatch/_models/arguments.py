@@ -8,7 +8,7 @@ import numpy.typing as npt
 from pydantic import GetPydanticSchema
 
 READ_AS_TEXT: Final = GetPydanticSchema(lambda _, handler: handler(str))
-"""Of a choice: results of services of other versions may have others."""
+"""Of a choice: answers of services of other versions may have others."""
 
 LandmarkPairs: TypeAlias = Annotated[
     Sequence[Sequence[int]] | npt.NDArray[np.integer[Any]],

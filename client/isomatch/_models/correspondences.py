@@ -21,7 +21,8 @@ class Correspondence(Answer):
     source, target
         0-based vertex indices in the uploaded files; for a prototype, point numbers.
     cost
-        Contribution of the pair to the energy.
+        Contribution of the pair to the energy; with the objective ``"linf"`` its largest
+        distortion.
     """
 
     source: int
@@ -75,7 +76,8 @@ class Alternative(Correspondences):
         What it is, seen from the answer: ``"mirror_image"``, ``"rotation"``, ``"variation"`` if it
         differs in parts only, or ``"other"``; None in results of earlier versions.
     energy
-        Energy of the labelling problem, (5) of the paper.
+        Energy of the labelling problem, (5) of the paper; with the objective ``"linf"`` the largest
+        distortion.
     correspondences
         The matched pairs.
     distortion

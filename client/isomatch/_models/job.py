@@ -1,15 +1,19 @@
 """Jobs, their progress, and the delivery of their webhooks."""
 
 from datetime import datetime
-from typing import Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import FiniteFloat
 
 from isomatch._models.answer import Answer
+from isomatch._models.arguments import READ_AS_TEXT
 from isomatch._models.match_summary import MatchSummary
 from isomatch._problem import Problem
 
 JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+
+AnsweredState: TypeAlias = Annotated[JobState, READ_AS_TEXT]
+"""State in an answer."""
 
 
 class Progress(Answer):
@@ -43,7 +47,7 @@ class JobWebhook(Answer):
     """
 
     url: str
-    state: Literal["pending", "delivered", "failed"]
+    state: Annotated[Literal["pending", "delivered", "failed"], READ_AS_TEXT]
     attempts: int
     last_attempt: datetime | None
     status: int | None
@@ -56,7 +60,7 @@ class JobRecord(Answer):
 
     id: str
     kind: str
-    state: JobState
+    state: AnsweredState
     batch: str | None = None
     source: str | None = None
     target: str | None = None
@@ -71,7 +75,7 @@ class JobRecord(Answer):
     started: datetime | None
     ended: datetime | None
     position: int | None
-    waiting_for: Literal["worker", "turn"] | None = None
+    waiting_for: Annotated[Literal["worker", "turn"], READ_AS_TEXT] | None = None
     error: Problem | None
     caller: str | None
     webhook: JobWebhook | None

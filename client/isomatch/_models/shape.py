@@ -1,11 +1,12 @@
 """Uploaded shapes."""
 
 from datetime import datetime
-from typing import Final, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import FiniteFloat
 
 from isomatch._models.answer import Answer
+from isomatch._models.arguments import READ_AS_TEXT
 
 _Direction: TypeAlias = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 ViewAxes: TypeAlias = tuple[_Direction, _Direction, _Direction]
@@ -56,7 +57,7 @@ class Shape(Answer):
     id: str
     name: str
     file_type: str
-    kind: Literal["mesh", "points"] = "mesh"
+    kind: Annotated[Literal["mesh", "points"], READ_AS_TEXT] = "mesh"
     bytes: int
     vertices: int
     faces: int

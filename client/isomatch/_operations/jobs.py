@@ -24,7 +24,7 @@ from isomatch._http import (
     Operation,
     Pause,
     Stream,
-    checked,
+    checked_stream,
     failure_message,
     parsed,
     retry_after,
@@ -40,7 +40,6 @@ from isomatch._models import (
 from isomatch._operations.job_ids import beginning_explained
 from isomatch._operations.outages import job_named
 from isomatch._operations.request_parts import id_of, listed, named, names_of, path_to
-from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
 from isomatch._webhooks import Webhook
 
@@ -54,7 +53,7 @@ LONGEST_KEY: Final = 255
 """Characters of an idempotency key."""
 
 PROGRESS_POLL: Final = 0.5
-"""Seconds between answers while a progress bar is shown."""
+"""Seconds between answers while a progress bar is shown, or if the service answers at once."""
 
 
 def start_match(
@@ -88,8 +87,15 @@ def start_dissimilarities(
     every = listed(shapes, "shapes")
     body: dict[str, Json] = {"shapes": [id_of(one) for one in every], "names": names_of(every)}
     if labels is not None:
-        body["labels"] = [str(label) for label in listed(labels, "labels")]
+        body["labels"] = [_label(one) for one in listed(labels, "labels")]
     return (yield from start_job("/v1/dissimilarities", body, parameters, webhook, key))
+
+
+def _label(given: object) -> str:
+    # NaN stands for missing labels in tables of pandas.
+    if given is None or given != given:
+        raise TypeError(f"give a label for each shape, not {given}")
+    return str(given)
 
 
 def start_consistent_maps(
@@ -193,15 +199,19 @@ def _followed(job_id: str, failures: Failures) -> Stream[JobRecord]:
                 requested = min(retry_after(response) or 0.0, LONGEST_PAUSE)
                 yield Pause(max(requested, failures.pause()))
                 continue
-            checked(response)
+            checked_stream(response)
+            answered = False
             while isinstance(line := (yield NextLine()), str):
                 failures.clear()
+                answered = True
                 if (event := reader.feed(line)) is not None:
                     last = event.id
                     record = _record_of(event.data, call)
                     yield Item(record)
                     if record.finished:
                         return
+            if not answered:
+                raise httpx2.RemoteProtocolError("no events came", request=response.request)
         except httpx2.TransportError as error:
             if failures.exhausted():
                 raise ConnectionFailed(failure_message(error, call)) from error
@@ -249,21 +259,29 @@ def wait_for_job(
     """
     start = time.monotonic()
     while True:
-        left = math.inf if timeout is None else max(timeout - (time.monotonic() - start), 0.0)
+        asked = time.monotonic()
+        left = math.inf if timeout is None else max(start + timeout - asked, 0.0)
         wait, outage = round(min(left, poll), 3), min(left, LONGEST_OUTAGE)
         with job_named(job_id):
             record = yield from get_job(job_id, wait, outage)
         update(record)
         if record.finished:
             return
-        if timeout is not None and time.monotonic() - start >= timeout:
-            raise WaitTimeout(f"job {job_id}", timeout)
+        now = time.monotonic()
+        if timeout is not None and now - start >= timeout:
+            raise WaitTimeout(f"job {job_id}", timeout, job_id)
+        if (early := asked + wait - now) > 0.0:
+            # A proxy, or a service that stops, may answer at once.
+            yield Pause(min(early, PROGRESS_POLL))
 
 
 def watch_job(
     job_id: str, timeout: float | None, update: Callable[[JobRecord], None]
 ) -> Operation[None]:
     """Wait until a job has ended, as :func:`wait_for_job`, with a progress bar."""
+    # Imports rich, a third of the time that it takes to import this package.
+    from isomatch._progress import ProgressBar
+
     with ProgressBar() as bar:
 
         def show(record: JobRecord) -> None:

@@ -5,6 +5,7 @@ from contextlib import suppress
 from typing import Final, cast
 from uuid import uuid4
 
+from isomatch._errors import ConnectionFailed
 from isomatch._http import Operation, wait_given
 from isomatch._landmarks import (
     CarriedLandmarks,
@@ -39,7 +40,8 @@ def start_landmarks(
     parameters
         Of the matches.
     keys
-        Takes the idempotency key of each match before it is sent, for :func:`withdraw_landmarks`.
+        Takes the idempotency key of each match before it is sent, for :func:`withdraw_landmarks`,
+        without those that did not reach the service.
 
     Raises
     ------
@@ -54,7 +56,12 @@ def start_landmarks(
     started = []
     for one in templates:
         keys.append(uuid4().hex)
-        started.append((yield from _start(one, specimen, parameters, keys[-1])))
+        try:
+            started.append((yield from _start(one, specimen, parameters, keys[-1])))
+        except ConnectionFailed as error:
+            if not error.sent:
+                keys.pop()
+            raise
     return started
 
 

@@ -13,16 +13,10 @@ from isomatch._errors import (
 
 @contextmanager
 def job_named(job_id: str, state: str = "continues") -> Iterator[None]:
-    """Add a job, and the command that waits for it, to the message of an outage.
-
-    The job continues when the service is back, but its id may have been told nowhere.
-    """
-    hint = f"job {job_id} {state}; get its result with `isomatch jobs result {job_id}`"
+    """Add a job to an outage: it continues, but its id may have been told nowhere."""
     try:
         yield
-    except (ConnectionFailed, UnexpectedResponse) as error:
-        raise type(error)(f"{error}; {hint}") from error
-    except (ServiceUnavailable, TooManyRequests) as error:
-        detail = f"{error.detail or error.title}; {hint}"
-        problem = error.problem.model_copy(update={"detail": detail})
-        raise type(error)(problem, error.retry_after) from error
+    except (ConnectionFailed, UnexpectedResponse, ServiceUnavailable, TooManyRequests) as error:
+        error.job_id = job_id
+        error.extend(f"; job {job_id} {state}")
+        raise

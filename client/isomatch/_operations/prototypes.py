@@ -1,5 +1,6 @@
 """Operations on prototypes."""
 
+import operator
 import os
 from collections.abc import Iterable
 from dataclasses import replace
@@ -30,7 +31,7 @@ def start_prototype(
     check_names(parameters, PrototypeParameters.__annotations__, "learn_prototype")
     body: dict[str, Json] = {"shapes": [id_of(one) for one in listed(shapes, "shapes")]}
     if correspondences is not None:
-        body["correspondences"] = [[int(vertex) for vertex in one] for one in correspondences]
+        body["correspondences"] = [list(map(operator.index, one)) for one in correspondences]
     if name is not None:
         body["name"] = name
     if reference is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from pydantic import ValidationError
 
-from isomatch._errors import JobCancelled, JobFailed
+from isomatch._errors import JobCancelled, JobFailed, UnexpectedResponse
 from isomatch._http import LONGEST_OUTAGE, Call, Operation, send, unexpected
 from isomatch._models import JobRecord, is_prototype_id
 from isomatch._operations.outages import job_named
@@ -49,12 +49,28 @@ _RESULTS: Final[Mapping[str, type[Result]]] = {
 
 
 def get_result(record: JobRecord) -> Operation[Result]:
-    """Request the result of a job that has ended.
+    """Request the result of a job that has ended, with its arrays if it has any.
+
+    Raises
+    ------
+    JobFailed, JobCancelled, UnexpectedResponse
+        As for :func:`get_document`.
+    """
+    found = yield from get_document(record)
+    if isinstance(found, ArrayResult):
+        found._archive = yield from get_file(record.id, "result.npz")
+    return found
+
+
+def get_document(record: JobRecord) -> Operation[Result]:
+    """Request the result of a job that has ended, without its arrays.
 
     Raises
     ------
     JobFailed, JobCancelled
         It ended without a result.
+    UnexpectedResponse
+        Results of its kind are unknown.
     """
     if record.state == "failed":
         raise JobFailed(record.id, record.error)
@@ -63,13 +79,16 @@ def get_result(record: JobRecord) -> Operation[Result]:
     call = Call("GET", path_to("jobs", record.id, "result"), outage=LONGEST_OUTAGE)
     with job_named(record.id, "has succeeded"):
         response = yield from send(call)
+    kind = _RESULTS.get(record.kind)
+    if kind is None:
+        raise UnexpectedResponse(
+            f"job {record.id} is of the kind {record.kind!r}, which this version of the package"
+            " isomatch does not know; install a newer one"
+        )
     try:
-        found = _RESULTS.get(record.kind, Match).from_json(response.content)
+        return kind.from_json(response.content)
     except ValidationError as error:
         raise unexpected(response, error) from error
-    if isinstance(found, ArrayResult):
-        found._archive = yield from get_file(record.id, "result.npz")
-    return found
 
 
 def get_file(
@@ -109,7 +128,7 @@ def save(record: JobRecord, path: str | os.PathLike[str]) -> Operation[None]:
     """Request a job's result in the format that a file's name ends in, and write it to the file."""
     ending = _ending_of(path, ENDINGS)
     if ending == "json":
-        content = (yield from get_result(record)).to_json()
+        content = (yield from get_document(record)).to_json()
     else:
         content = yield from get_file(record.id, f"result.{ending}")
     Path(path).write_bytes(content)

@@ -16,6 +16,10 @@ class ArrayResult(Result):
 
     _archive: bytes | None = PrivateAttr(default=None)
 
+    def held(self, ending: str) -> bytes | None:
+        """Return the document or, as "npz", the arrays, which need no request."""
+        return self._archive if ending == "npz" else super().held(ending)
+
     @cached_property
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Arrays of the result by name, as :meth:`isomatch.Job.save_arrays` writes them.

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import FiniteFloat
 
-from isomatch._models import Answer, JobState, MatchParameters, MatchSummary
+from isomatch._models import Answer, AnsweredState, MatchParameters, MatchSummary
 from isomatch._problem import Problem
 from isomatch._results.result_document import Drawable, Result
 from isomatch._results.summary import called, screen
@@ -38,7 +38,7 @@ class BatchMatch(Answer):
     target: str
     target_name: str | None
     job: str
-    state: JobState
+    state: AnsweredState
     fraction: FiniteFloat
     error: Problem | None
     summary: MatchSummary | None
@@ -108,7 +108,7 @@ class BatchProgress(Answer):
     """
 
     job: str
-    state: JobState
+    state: AnsweredState
     source: str
     source_name: str | None
     ended: int

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import numpy as np
@@ -16,7 +17,7 @@ from pydantic import (
 )
 
 from isomatch._figures import draw_dissimilarities
-from isomatch._models import Answer, DissimilarityParameters, JobState
+from isomatch._models import Answer, AnsweredState, DissimilarityParameters
 from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
@@ -158,7 +159,7 @@ class PartialDissimilarities(Answer):
     model_config = ConfigDict(arbitrary_types_allowed=True)
 
     job: str
-    state: JobState
+    state: AnsweredState
     shapes: tuple[str, ...]
     names: tuple[str | None, ...] | None = None
     labels: tuple[str, ...] | None
@@ -174,6 +175,7 @@ class PartialDissimilarities(Answer):
         MissingExtra
             plotly is not installed.
         """
-        names = self.labels or [shape[:8] for shape in self.shapes]
+        named = zip_longest(self.names or (), self.shapes)
+        names = self.labels or [name or shape[:8] for name, shape in named]
         title = f"{len(self.shapes)} shapes, {self.pairs_done} of {self.pairs} pairs known"
         return draw_dissimilarities(self.matrix, names, self.labels, title)

@@ -61,7 +61,8 @@ class Match(Result, Correspondences):
         Upper bound of the Gromov-Hausdorff distance of the matched points: half the maximal
         distortion.
     energy
-        Energy of the labelling problem, equation (5).
+        Energy of the labelling problem, equation (5); with the objective ``"linf"`` the largest
+        distortion.
     lower_bound
         Lower bound of the energy of all correspondences among the candidates.
     gap
@@ -88,10 +89,11 @@ class Match(Result, Correspondences):
     unmatched
         Source vertices (or points) left unmatched at their occlusion cost, or without a partner.
     refinement
-        Matched points between the target's vertices; None without ``refine="gmds"``, or if fewer
-        than three points were matched.
+        Matched points between the target's vertices; None without ``refine="gmds"``, or if a shape
+        has fewer than four vertices.
     dense
-        Match extended to all vertices; None without ``dense=True``.
+        Match extended to all vertices; None without ``dense=True``, or if a shape has fewer than
+        four vertices.
     misfit
         For a prototype, misfit of the target to the class, relative to examples that were left out
         (1 is typical); None for two shapes, or if it is unknown.

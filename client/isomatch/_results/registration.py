@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import FiniteFloat
 
-from isomatch._models import Answer, Confidence
+from isomatch._models import UPRIGHT, Answer, Confidence, ViewAxes
 from isomatch._results.array_result import ArrayResult
 from isomatch._results.result_document import Drawable
 from isomatch._results.summary import called, screen
@@ -95,6 +95,8 @@ class Registration(ArrayResult):
         All specimens, in the order in which they were given.
     components
         Principal components, by falling variance.
+    view
+        Directions to the right, up and towards the viewer in figures: those of the template.
     warnings
         Remarks of the service on this result.
     timings
@@ -108,6 +110,7 @@ class Registration(ArrayResult):
     scale: bool
     specimens: tuple[Specimen, ...]
     components: tuple[PrincipalComponent, ...]
+    view: ViewAxes = UPRIGHT
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 

@@ -74,6 +74,10 @@ class Result(Answer):
         """Return the result document exactly as the service sent it."""
         return self._document or self.model_dump_json().encode()
 
+    def held(self, ending: str) -> bytes | None:
+        """Return the file of a format, such as "json", if it needs no request."""
+        return self.to_json() if ending == "json" else None
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result document to a JSON file, exactly as the service sent it.
 

@@ -165,10 +165,7 @@ def _file_name(name: str, extension: str | None) -> str:
     if extension is not None:
         return Path(name or "mesh").stem + extension
     if not Path(name).suffix:
-        raise ValueError(
-            'the name has no extension; give the format: file_type="off" in Python, `isomatch'
-            " upload --file-type off` on the command line"
-        )
+        raise ValueError('the name has no extension; give the format, as in file_type="off"')
     return name
 
 

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import isomatch
 import pytest
-from isomatch._cli import named_upload
 from isomatch._cli.exit_codes import problem_document
 from isomatch._cli.render import print_jobs
+from isomatch._cli.uploads import named_upload
 from rich.console import Console
 
 from demo.stack import ROOT
@@ -111,7 +111,7 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     with isomatch.Client(url) as client:
         assert other.read_bytes() == client.job(job_id).picture(alternative=1)
     refused = run(*drawn, "32", url=url)
-    assert (refused.returncode, json.loads(refused.stderr)["status"]) == (1, 422)
+    assert (refused.returncode, json.loads(refused.stderr)["status"]) == (2, 422)
     assert job_id in run("jobs", "list", "--state", "succeeded", "-q", url=url).stdout.split()
     listed = json.loads(run("jobs", "list", "--json", url=url).stdout)
     assert job_id in {found["id"] for found in listed}
@@ -120,6 +120,7 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     assert shortened["id"] == job_id
     unknown = run("jobs", "show", "0123456789", url=url)
     assert (unknown.returncode, "There is no job 0123456789" in unknown.stderr) == (1, True)
+    assert "of which commands take the first 8 or more" in " ".join(unknown.stderr.split())
     full = run("jobs", "result", job_id, "-o", "/dev/full", url=url)
     assert full.returncode == 1
     assert f"isomatch jobs result {job_id}" in full.stderr
@@ -145,7 +146,8 @@ def test_jobs_are_listed_with_the_names_of_their_shapes(url: str, blobs: tuple[P
         match = client.match(first, second, points=8)
         batch = client.match_many(first, [second], points=8)
         compared = client.dissimilarities([first, second], points=8)
-        print_jobs([match, batch, compared], Console(file=printed, width=300))
+        records = [job.record for job in (match, batch, compared)]
+        print_jobs(records, Console(file=printed, width=300))
         for job in (match, batch, compared):
             job.cancel()
     rows = [line for line in printed.getvalue().splitlines() if "named" in line]
@@ -358,6 +360,9 @@ def test_refusals_name_the_options(url: str, blobs: tuple[Path, Path]) -> None:
     assert "--first-order-weight: " in said
     said = run("match", *blobs, "--landmark", "0:999999", url=url).stderr
     assert "--landmark (0.1): 999999 is no vertex of target" in said
+    done = run("compare", *blobs, "--labels", "a,b,c", url=url)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "--labels: " in done.stderr
 
 
 def test_wrong_usage(url: str, tmp_path: Path) -> None:

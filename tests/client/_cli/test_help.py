@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from isomatch import cli
-from isomatch._cli import FORMATS
+from isomatch._cli.options import FORMATS
 from isomatch._models import structure_choice
 from typer.main import get_command
 from typer.testing import CliRunner

@@ -1,6 +1,7 @@
 """``isomatch transfer`` against the running service, and what it refuses beforehand."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -132,14 +133,37 @@ def test_values_that_do_not_fit_are_missed_before_shapes_are_matched(
     empty.write_bytes(b"PK")
     for file, options, message in (
         (short, ["scalars"], "short.csv has 10 rows, but a.off has 642 vertices and 1,280 faces"),
-        (long, ["vectors"], "long.csv has no vectors; there are 'height'"),
-        (long, ["scalars", "--name", "age"], "long.csv has no scalars called 'age'; there are"),
+        (long, ["scalars", "--name", "age"], "long.csv has nothing called 'age'; there are"),
         (empty, ["scalars"], f"isomatch: {empty}: "),
     ):
         done = run("transfer", *blobs, file, "--what", *options, url=url)
         assert (done.returncode, done.stdout) == (1, ""), done.stderr
         assert message in done.stderr
         assert "succeeded" not in done.stderr
+
+
+def test_the_match_of_a_transfer_that_fails_is_kept(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    values = tmp_path / "heights.csv"
+    values.write_text("height\n" + "1.5\n" * 642)
+    done = run("transfer", *blobs, values, "--what", "vectors", url=url)
+    assert (done.returncode, done.stdout) == (4, "")
+    assert "vectors" in done.stderr
+    match = re.search(r"kept: `isomatch transfer (\w+) ", done.stderr)
+    assert match is not None
+    again = run("transfer", match[1], values, "--what", "scalars", "--json", url=url)
+    assert (again.returncode, json.loads(again.stdout)["match"]) == (0, match[1])
+    wrong = run("transfer", match[1], values, "--what", "vectors", url=url)
+    assert (wrong.returncode, "kept" in wrong.stderr) == (4, False)
+
+
+def test_two_meshes_may_be_ids(url: str, blobs: tuple[Path, Path]) -> None:
+    with isomatch.Client(url) as client:
+        ids = [client.upload(file).id for file in blobs]
+    done = run("transfer", *ids, "--what", "colors", url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "a.off has no colours" in done.stderr
 
 
 def test_two_meshes_are_matched_with_the_options_of_a_transfer(

@@ -135,7 +135,8 @@ def test_a_broken_stream_is_resumed_and_closed(monkeypatch: pytest.MonkeyPatch) 
         if not request.url.path.endswith("/events"):
             return httpx2.Response(200, json=JOB)
         seen.append(request.headers.get("last-event-id"))
-        return httpx2.Response(200, stream=left.pop(0))
+        headers = {"content-type": "text/event-stream"}
+        return httpx2.Response(200, headers=headers, stream=left.pop(0))
 
     async def program() -> list[str]:
         transport = httpx2.MockTransport(answer)

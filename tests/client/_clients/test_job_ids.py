@@ -15,7 +15,7 @@ def missing(request: httpx2.Request) -> httpx2.Response:
 
 @pytest.mark.parametrize(("given", "short"), [("9e56", True), (WHOLE[:8], True), (WHOLE, False)])
 def test_the_beginning_of_an_id_is_explained(given: str, short: bool) -> None:
-    hint = "; ids of jobs have 32 digits, of which commands take the first 8 or more"
+    hint = "; ids of jobs have 32 digits"
     transport = httpx2.MockTransport(missing)
     client = isomatch.Client("http://service.test", transport=transport)
     with client, pytest.raises(isomatch.NotFound) as refusal:

@@ -138,7 +138,7 @@ def test_the_result_is_printed_and_written_again(
     there = "has no CSV file; it has `result`, which is JSON, result.ply, result.obj, result.glb,"
     assert (table.returncode, there in table.stderr) == (1, True)
     beyond = ("--registered", tmp_path / "c.ply", "--specimen", "1")
-    assert run("jobs", "result", job.id, *beyond, url=url).returncode == 1
+    assert run("jobs", "result", job.id, *beyond, url=url).returncode == 2
     (line,) = [line for line in done.stdout.splitlines() if "b.obj" in line]
     assert line.split()[:2] == ["b.obj", other.id[:8]]
     listed = run("jobs", "list", "--kind", "registration", url=url).stdout

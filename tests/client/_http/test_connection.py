@@ -127,6 +127,33 @@ def test_retries_are_limited() -> None:
     assert len(service.requests) == 4
 
 
+def test_a_service_that_does_not_hold_answers_back_is_not_flooded() -> None:
+    service = Broken(0, httpx2.ReadError, JOB | {"state": "running"})
+    with client_of(service) as client, pytest.raises(isomatch.WaitTimeout):
+        client.job("0" * 32).wait(timeout=0.6)
+    assert len(service.requests) <= 4
+
+
+def test_an_exceeded_timeout_names_the_job() -> None:
+    service = Broken(0, httpx2.ReadError, JOB | {"state": "running"})
+    with client_of(service) as client, pytest.raises(isomatch.WaitTimeout) as late:
+        client.job("0" * 32).wait(timeout=0.0)
+    assert late.value.job_id == "0" * 32
+
+
+@pytest.mark.parametrize(("error", "repeated"), [(httpx2.ConnectError, 0), (httpx2.ReadError, 4)])
+def test_landmarks_that_were_never_sent_are_not_withdrawn(
+    error: type[httpx2.TransportError], repeated: int
+) -> None:
+    service = Broken(100, error, JOB)
+    template = isomatch.LandmarkTemplate(
+        isomatch.Shape.model_validate(SHAPE), isomatch.LandmarkSet(("a",), np.zeros((1, 3)))
+    )
+    with client_of(service) as client, pytest.raises(isomatch.ConnectionFailed):
+        client.landmarks([template], "0" * 32)
+    assert len(service.requests) == 4 + repeated
+
+
 def test_waiting_for_a_job_survives_a_restart_of_the_service(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -147,8 +174,11 @@ def test_a_service_that_stays_away_is_an_error_that_names_the_job(
         monkeypatch.setattr(jobs, "LONGEST_OUTAGE", 0.02)
     with client_of(Broken(10_000, httpx2.ConnectError, JOB)) as client:
         job = isomatch.Job(client._transport, JobRecord.model_validate(JOB | {"state": "running"}))
-        with pytest.raises(isomatch.ConnectionFailed, match=f"reached.*jobs result {job.id}`"):
+        with pytest.raises(
+            isomatch.ConnectionFailed, match=f"reached.*; job {job.id} cont"
+        ) as failure:
             job.wait(timeout)
+    assert failure.value.job_id == job.id
 
 
 @pytest.mark.parametrize("status", [502, 504])
@@ -163,8 +193,11 @@ def test_a_busy_service_is_an_error_that_names_the_job(monkeypatch: pytest.Monke
     client, _ = busy(monkeypatch, *[(503, None)] * 4)
     with client:
         job = isomatch.Job(client._transport, JobRecord.model_validate(JOB | {"state": "running"}))
-        with pytest.raises(isomatch.ServiceUnavailable, match=f"Busy.*jobs result {job.id}`"):
+        with pytest.raises(
+            isomatch.ServiceUnavailable, match=f"Busy; job {job.id} continues"
+        ) as refusal:
             job.wait()
+    assert refusal.value.job_id == job.id
 
 
 def test_an_open_file_is_sent_from_its_beginning_each_time(tmp_path: Path) -> None:
@@ -374,6 +407,38 @@ def test_a_misspelt_parameter_is_not_sent() -> None:
     with client_of(service) as client, pytest.raises(TypeError, match="'pints'"):
         client.match("a", "b", pints=8)  # type: ignore[call-arg]
     assert not service.requests
+
+
+@pytest.mark.parametrize("missing", [None, float("nan")])
+def test_missing_labels_are_not_sent(missing: Any) -> None:
+    with (
+        client_of(lambda _: pytest.fail("sent")) as client,
+        pytest.raises(TypeError, match="label"),
+    ):
+        client.dissimilarities(["0" * 32, "1" * 32], [missing, "cat"])
+
+
+def test_vertices_that_are_no_integers_are_not_sent() -> None:
+    with (
+        client_of(lambda _: pytest.fail("sent")) as client,
+        pytest.raises(TypeError, match="float"),
+    ):
+        client.learn_prototype(["0" * 32, "1" * 32], [[1.7, 2], [1, 2]])  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    "newer", [{"waiting_for": "licence"}, {"state": "paused"}, {"webhook": {"state": "held"}}]
+)
+def test_jobs_of_newer_services_are_read(newer: dict[str, Any]) -> None:
+    hook = {"url": "http://a", "attempts": 0, "last_attempt": None, "status": None, "error": None}
+    hook |= {"next_attempt": None, "state": "pending"}
+    document = JOB | newer
+    if "webhook" in newer:
+        document["webhook"] = hook | newer["webhook"]
+    with client_of(lambda _: httpx2.Response(200, json=document)) as client:
+        (name,) = newer
+        found = client.job("0" * 32).record.model_dump(mode="json")[name]
+    assert found == document[name]
 
 
 def test_unknown_fields_are_ignored() -> None:

@@ -105,7 +105,7 @@ def test_a_job_says_what_it_waits_for() -> None:
 
 def test_failures_of_a_stream_are_limited(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jobs, "LONGEST_OUTAGE", 0.0)
-    with pytest.raises(isomatch.ConnectionFailed, match=r"be reached.*jobs result 1`"):
+    with pytest.raises(isomatch.ConnectionFailed, match=r"be reached.*; job 1 continues"):
         followed(Service(event("a"), None, None, None, None))
 
 
@@ -118,6 +118,33 @@ def test_a_stream_that_shows_itself_is_no_failure() -> None:
     """However often a proxy cuts it off."""
     cut = [Breaking(b": still there\n\n") for _ in range(6)]
     assert followed(Service(*cut, event("a", state="succeeded"))) == ["succeeded"]
+
+
+def test_empty_streams_are_failures(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jobs, "LONGEST_OUTAGE", 0.0)
+    service = Service(*[b""] * 50)
+    with pytest.raises(isomatch.ConnectionFailed, match="no events came"):
+        followed(service)
+    assert len(service.seen) == 4
+
+
+def test_an_answer_that_is_no_stream_of_events_is_refused() -> None:
+    requests: list[httpx2.Request] = []
+
+    def login_page(request: httpx2.Request) -> httpx2.Response:
+        if not request.url.path.endswith("/events"):
+            return httpx2.Response(200, json=JOB)
+        requests.append(request)
+        assert len(requests) < 10
+        return httpx2.Response(200, html="<h1>Log in</h1>")
+
+    transport = httpx2.MockTransport(login_page)
+    with (
+        isomatch.Client("http://service.test", transport=transport) as client,
+        pytest.raises(isomatch.UnexpectedResponse, match="no stream of events, but text/html"),
+    ):
+        list(client.job("1").events())
+    assert len(requests) == 1
 
 
 @pytest.mark.parametrize("data", [b"{", b'{"id": "1"}', b"[]"])

@@ -7,14 +7,18 @@ from typing import Any, TypeAlias
 
 import pytest
 from isomatch import (
+    Batch,
+    ConsistentMaps,
     Dissimilarities,
     LearnedPrototype,
     Match,
     PartialDissimilarities,
     Problem,
     Prototype,
+    Registration,
     Shape,
     Structures,
+    Transfer,
     Webhook,
     WebhookEvent,
 )
@@ -28,6 +32,9 @@ OPENAPI: Schema = json.loads((REPOSITORY / "openapi" / "openapi.json").read_text
 
 LEFT_ASIDE = {"links"}
 """What the client does not look at: it knows the paths."""
+
+TAKEN: dict[type[BaseModel], set[str]] = {Registration: {"faces"}}
+"""Fields of results whose names an array has: their number is that of its rows."""
 
 
 def dereferenced(schema: Schema, root: Schema) -> Schema:
@@ -124,6 +131,10 @@ ANSWERS: list[tuple[str, type[BaseModel], str, str, str]] = [
 
 def agree(model: type[BaseModel], served: Schema) -> bool:
     ours = model.model_json_schema(mode="serialization")
+    taken = TAKEN.get(model, set())
+    assert taken <= set(served["properties"])
+    properties = {name: one for name, one in served["properties"].items() if name not in taken}
+    served = served | {"properties": properties}
     # What the client cannot do without, the service must always send.
     needed = {name for name, field in model.model_fields.items() if field.is_required()}
     return takes(form(ours, ours), form(served, OPENAPI)) and needed <= set(served["required"])
@@ -145,6 +156,10 @@ def test_the_models_are_those_of_the_schema(
         (Match, "MatchResult"),
         (Dissimilarities, "DissimilarityResult"),
         (LearnedPrototype, "PrototypeResult"),
+        (Batch, "BatchResult"),
+        (Transfer, "TransferResult"),
+        (Registration, "RegistrationResult"),
+        (ConsistentMaps, "ConsistentMapsResult"),
     ],
 )
 def test_the_results_are_those_of_the_schema(model: type[BaseModel], kind: str) -> None:
@@ -188,7 +203,4 @@ def test_what_receivers_are_told_is_that_of_the_schema() -> None:
     request = OPENAPI["webhooks"]["job-ended"]["post"]["requestBody"]
     served = dereferenced(request["content"]["application/json"]["schema"], OPENAPI)
     ours = WebhookEvent.model_json_schema(mode="serialization")
-    # The service's own words for kinds and states are plain text there.
-    state = ours["$defs"]["EndedJob"]["properties"]["state"]
-    state.pop("enum")
     assert takes(form(ours, ours), form(served, OPENAPI))

@@ -6,7 +6,7 @@ from pathlib import Path
 import isomatch
 import numpy as np
 import pytest
-from isomatch._cli import class_of
+from isomatch._cli.uploads import class_of
 from pydantic import ValidationError
 
 from tests.client.command_line import run
@@ -99,7 +99,7 @@ def test_compare(url: str, meshes: list[Path], tmp_path: Path) -> None:
     assert plain.returncode == 0, plain.stderr
     assert json.loads(plain.stdout)["labels"] == list("aabbcc")
     wrong = run("compare", *meshes, "--labels", "a,b", url=url)
-    assert wrong.returncode == 1
+    assert wrong.returncode == 2
     assert "a label for each shape: 6, not 2" in wrong.stderr
     alone = run("compare", meshes[0], url=url)
     assert alone.returncode == 1

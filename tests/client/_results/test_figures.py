@@ -208,6 +208,8 @@ def test_a_partial_matrix_is_drawn() -> None:
     assert (drawn.zmin, drawn.zmax) == (0.0, np.sqrt(2.0))  # all colours, of so few pairs
     assert drawn.hoverongaps is False
     assert "2 of 3 pairs" in figure.layout.title.text
+    named = partial.model_copy(update={"names": ("cat", None, "dog")}).plot()
+    assert list(named.layout.xaxis.ticktext) == ["cat", "b" * 8, "dog"]
 
 
 def test_a_matrix_is_drawn_in_the_order_of_its_labels(client: isomatch.Client, pair: Pair) -> None:

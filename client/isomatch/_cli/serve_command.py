@@ -5,13 +5,34 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
+
+import typer
+
+from isomatch._cli.exit_codes import leave
 
 NOT_INSTALLED: Final = (
     "the service is not installed: this package is its client. In a checkout of the project, "
     "`make serve` installs and starts the service; `isomatch serve` starts it in the folder of a "
     "checkout, or where the application is installed"
 )
+
+
+def serve(
+    host: Annotated[str | None, typer.Option(help="Address to listen on [127.0.0.1].")] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port to listen on, 0 for a free one [8000].")
+    ] = None,
+) -> None:
+    """Run the whole service on this machine until interrupted, where it is installed.
+
+    Settings are environment variables, ISOMATCH_WORKERS, ISOMATCH_DATA_DIR, and so on.
+    """
+    try:
+        code = start(host, port)
+    except FileNotFoundError as error:
+        leave(error)
+    raise typer.Exit(code)
 
 
 def application() -> bool:
@@ -25,7 +46,7 @@ def application() -> bool:
     )
 
 
-def serve(host: str | None, port: int | None) -> int:
+def start(host: str | None, port: int | None) -> int:
     """Run the service until it ends, and return its exit code.
 
     Raises

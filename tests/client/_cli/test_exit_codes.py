@@ -1,0 +1,70 @@
+"""Exit codes and messages of refusals, by the options of the running command."""
+
+import json
+from collections.abc import Sequence
+
+import httpx2
+import isomatch
+import pytest
+from isomatch import cli
+from isomatch._cli import exit_codes
+from isomatch._clients import Client
+from typer import Exit
+from typer.testing import CliRunner
+
+ID = 32 * "0"
+
+
+@pytest.mark.parametrize(
+    ("command", "field", "option"),
+    [
+        (["prototype", "list"], "query.name", "--name"),
+        (["jobs", "list"], "query.state", "--state"),
+        (["jobs", "list"], "body.points", None),
+        (["match", ID, ID], "body.points", "--points"),
+        (["match", ID, ID], "body.landmarks.0.1", "--landmark (0.1)"),
+        (["match", ID, ID], "body.source", None),
+        (["transfer", ID, "--what", "skinning"], "body.influences", "--influences"),
+        (["transfer", ID, "--what", "scalars"], "body.on", "--on"),
+        (["transfer", ID, "--what", "scalars"], "body.names.0", "--name (0)"),
+        (["compare", ID, ID], "body.labels", "--labels"),
+        (["register", ID, ID, "--no-wait"], "body.scale", "--scale"),
+        (["prototype", "learn", ID, ID], "body.correspondence", None),
+        (["prototype", "learn", ID, ID], "body.name", "--name"),
+    ],
+)
+def test_refused_options_are_wrong_usage(
+    monkeypatch: pytest.MonkeyPatch, command: Sequence[str], field: str, option: str | None
+) -> None:
+    problem = {
+        "type": "urn:isomatch:problem:invalid-request",
+        "title": "Invalid request",
+        "status": 422,
+        "errors": [{"field": field, "message": "is refused"}],
+    }
+    headers = {"content-type": "application/problem+json"}
+    refusal = httpx2.MockTransport(lambda _: httpx2.Response(422, json=problem, headers=headers))
+    monkeypatch.setattr(exit_codes, "Client", lambda url: Client(url, transport=refusal))
+    done = CliRunner().invoke(cli.app, command)
+    assert done.exit_code == (1 if option is None else 2)
+    assert f": {option or field.removeprefix('body.')}: is refused" in done.stderr
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_an_outage_names_the_command_for_the_result(
+    capsys: pytest.CaptureFixture[str], as_json: bool
+) -> None:
+    error = isomatch.ConnectionFailed("gone")
+    error.job_id = ID
+    with pytest.raises(Exit) as left:
+        exit_codes.leave(error, as_json)
+    assert left.value.exit_code == 3
+    said = capsys.readouterr().err
+    message = json.loads(said)["detail"] if as_json else said
+    assert f"gone; get its result with `isomatch jobs result {ID}`" in message
+
+
+def test_a_failed_job_has_no_result_to_get(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(Exit):
+        exit_codes.leave(isomatch.JobCancelled(ID))
+    assert capsys.readouterr().err == f"isomatch: job {ID} was cancelled\n"

@@ -1,0 +1,75 @@
+"""Requests for results and their files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import httpx2
+import isomatch
+import pytest
+from isomatch._cli.job_runs import finish
+
+from service.http.openapi.examples import EXAMPLES
+
+JOB: dict[str, Any] = {
+    "id": "0" * 32,
+    "created": "2026-01-01T00:00:00Z",
+    "state": "succeeded",
+    "progress": {"stage": "finished", "fraction": 1.0},
+    "started": None,
+    "ended": None,
+    "position": None,
+    "error": None,
+    "caller": None,
+    "webhook": None,
+}
+
+
+class Service:
+    """A job that has ended, its result and its arrays."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self.requests: list[str] = []
+        self.document = json.dumps(EXAMPLES["answers"]["get_result"]["200"].get(kind, {}))
+
+    def __call__(self, request: httpx2.Request) -> httpx2.Response:
+        name = request.url.path.rpartition("/")[2]
+        self.requests.append(name)
+        if name == "result":
+            return httpx2.Response(200, text=self.document)
+        if name == "result.npz":
+            return httpx2.Response(200, content=b"arrays")
+        return httpx2.Response(200, json=JOB | {"kind": self.kind})
+
+    def job(self) -> isomatch.Job:
+        transport = httpx2.MockTransport(self)
+        job: isomatch.Job = isomatch.Client("http://a.test", transport=transport).job("0" * 32)
+        self.requests.clear()
+        return job
+
+
+ARRAYS = pytest.mark.parametrize("kind", ["registration", "consistent_maps"])
+
+
+@ARRAYS
+def test_a_document_is_saved_without_the_arrays(kind: str, tmp_path: Path) -> None:
+    service = Service(kind)
+    service.job().save(tmp_path / "found.json")
+    assert service.requests == ["result"]
+    assert (tmp_path / "found.json").read_text() == service.document
+
+
+@ARRAYS
+@pytest.mark.parametrize("ending", ["json", "npz"])
+def test_the_command_requests_each_file_once(kind: str, ending: str, tmp_path: Path) -> None:
+    service = Service(kind)
+    finish(service.job(), True, tmp_path / f"found.{ending}", None)
+    assert service.requests == ["result", "result.npz"]
+    written = {"json": service.document.encode(), "npz": b"arrays"}
+    assert (tmp_path / f"found.{ending}").read_bytes() == written[ending]
+
+
+def test_a_result_of_an_unknown_kind_is_named() -> None:
+    with pytest.raises(isomatch.UnexpectedResponse, match="kind 'morph', which this version"):
+        Service("morph").job().result()
