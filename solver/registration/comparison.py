@@ -11,7 +11,6 @@ from solver.registration.confidence import margin_of
 from solver.registration.reduction import ReducedTask
 from solver.registration.refined_fit import RefinedFit
 from solver.registration.refinement import refine_on_few
-from solver.registration.surface_map import at_rest
 
 _OVERTAKING = 0.5
 """Difference of scores in eigenfunctions from the best candidate below which another may be better
@@ -67,10 +66,9 @@ def compare(few: ReducedTask, candidates: Sequence[Candidate], control: Control)
     MeshError
         The source's Laplacian cannot be factored.
     """
-    rigid = at_rest(few.task.source, few.task.is_reflected)
     found = []
     for one in control.in_time(candidates, least=1):
-        refined = refine_on_few(few, one, control, rigid)
+        refined = refine_on_few(few, one, control)
         found.append(Compared(one, refined.fit, few.task.positions[refined.images]))
     return found
 

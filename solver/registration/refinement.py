@@ -17,7 +17,7 @@ from solver.registration.reduction import ReducedTask
 from solver.registration.refined_fit import RefinedFit, distances
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
-from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest
+from solver.registration.surface_map import ROUNDS, Images, SurfaceMap
 
 _SIZES = tuple(range(20, 101, 5))
 """Eigenfunctions that a candidate is aligned by once more, in finer steps."""
@@ -43,13 +43,10 @@ class RefinedCandidate:
         The map of the refined displacement.
     images
         (V,) target vertices nearest to all source vertices.
-    rest
-        The source at rest.
     """
 
     displaced: SurfaceMap
     images: IntArray
-    rest: RigidDisplacement
 
     @cached_property
     def forward(self) -> Images:
@@ -65,7 +62,7 @@ class RefinedCandidate:
     def fit(self) -> RefinedFit:
         """Its fit."""
         apart, turned = distances(self.displaced, self.forward, self.back)
-        return RefinedFit(apart, turned, self.rest.strain(self.displaced.positions))
+        return RefinedFit(apart, turned, self.displaced.strain)
 
 
 def refine_candidate(task: Task, candidate: Candidate, control: Control) -> RefinedCandidate:
@@ -100,33 +97,31 @@ def refine_on(reduced: ReducedTask, candidate: Candidate, control: Control) -> R
     candidate, control
         As for :func:`refine_candidate`, which raises the same.
     """
-    task = reduced.task
     known = _aligned(reduced, candidate, FINE[-1], control.in_time(_SIZES, least=1))
     if known.functional_map.size < candidate.alignment.size:
         known = _aligned(reduced, candidate, FINE[-1], _SIZES[-1:])
-    rigid = at_rest(task.source, task.is_reflected)
-    refined = _refined(known, rigid, control)
+    refined = _refined(known, control)
     if control.expired:
         return refined
     in_space = displaced_in_space(known)
-    before = _score(known, rigid), _score(in_space, rigid)
+    before = _score(known), _score(in_space)
     if before[1] > before[0]:
         return refined
     # What is smooth in space is no strain here, as bones grow.
-    grown = rigid.resting_at(in_space.positions)
-    other = _refined(in_space, rigid, control, displacement=grown)
+    grown = in_space.rest.resting_at(in_space.positions)
+    other = _refined(in_space, control, displacement=grown)
     # Refined, either lies on the target, so that what it took to get there counts as well.
     better = before[1] + other.fit.score < before[0] + refined.fit.score
     return other if better else refined
 
 
-def _score(known: SurfaceMap, rigid: RigidDisplacement) -> float:
+def _score(known: SurfaceMap) -> float:
     """Score of a map that is not refined, at the samples of both surfaces."""
     here, there = known.source.samples.vertices, known.target.samples.vertices
     images = known.images(here)
     forward = images, *known.on_triangles(images, here)
     apart, turned = distances(known, forward, known.inverse(there), here, there)
-    return RefinedFit(apart, turned, rigid.strain(known.positions)).score
+    return RefinedFit(apart, turned, known.strain).score
 
 
 def _aligned(
@@ -170,8 +165,9 @@ def mend(found: RefinedCandidate, control: Control, rounds: int = ROUNDS) -> Ref
         off = torn_off(source.mesh, target.mesh.vertices[found.images])
         if off.mean() < LEAST_TORN_OFF:
             break
-        together, _ = found.displaced.refined(found.rest.drawing(~off), control, FEWER_ROUNDS)
-        mended = _refined(together, found.rest, control, rounds)
+        loose = found.displaced.rest.drawing(~off)
+        together, _ = found.displaced.refined(loose, control, FEWER_ROUNDS)
+        mended = _refined(together, control, rounds)
         if mended.fit.score >= found.fit.score:
             break
         found = mended
@@ -180,22 +176,15 @@ def mend(found: RefinedCandidate, control: Control, rounds: int = ROUNDS) -> Ref
 
 def _refined(
     known: SurfaceMap,
-    rigid: RigidDisplacement,
     control: Control,
     rounds: int = ROUNDS,
     displacement: RigidDisplacement | None = None,
 ) -> RefinedCandidate:
-    """Refine a map by a displacement, by default that of the source, whose strain is measured."""
-    displaced, images = known.refined(displacement or rigid, control, rounds)
-    return RefinedCandidate(displaced, images, rigid)
+    """Refine a map by a displacement, by default that of the source."""
+    return RefinedCandidate(*known.refined(displacement or known.rest, control, rounds))
 
 
-def refine_on_few(
-    few: ReducedTask,
-    candidate: Candidate,
-    control: Control,
-    rigid: RigidDisplacement | None = None,
-) -> RefinedCandidate:
+def refine_on_few(few: ReducedTask, candidate: Candidate, control: Control) -> RefinedCandidate:
     """Displace the source to the target as rigidly as possible, in few rounds, to be compared.
 
     Parameters
@@ -204,10 +193,6 @@ def refine_on_few(
         The surfaces, with few of their vertices.
     candidate, control
         As for :func:`refine_candidate`, which raises the same.
-    rigid
-        The source at rest, if it is known.
     """
-    task = few.task
     known = _aligned(few, candidate, FINE[0], FINE[0].sizes[-1:])
-    rigid = rigid or at_rest(task.source, task.is_reflected)
-    return _refined(known, rigid, control, FEWER_ROUNDS)
+    return _refined(known, control, FEWER_ROUNDS)

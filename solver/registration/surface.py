@@ -17,6 +17,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.kernel import kernel
 from solver.mesh import TriangleMesh, face_normals, vertex_normals
 from solver.registration.curvature import CURVATURE_TIMES, AverageCurvatures
+from solver.registration.rigidity import RigidDisplacement
 from solver.shape import Shape, euclidean_farthest_points
 from solver.shape.laplacian import laplacian
 
@@ -26,6 +27,13 @@ wavelength by Weyl's law, are not smooth functions of them."""
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 """Reflection in the plane x = 0."""
+
+_LENGTH = 0.02
+"""ℓ of :class:`.RigidDisplacement`. With 0.03, errors are up to 5 % more; with 0.015, some maps are
+much worse."""
+
+_WIDTH = 0.03
+"""h of :class:`.RigidDisplacement`. With single rings instead, errors are a tenth more."""
 
 _SAMPLES = 1500
 """Samples spread over a surface, which candidates are registered by; each stage takes the first."""
@@ -219,6 +227,22 @@ class SmoothSurface:
     def laplacian(self) -> tuple[sp.csc_array, FloatArray]:
         """Stiffness matrix and vertex areas of the mesh."""
         return laplacian(self.mesh)
+
+    @cached_property
+    def at_rest(self) -> RigidDisplacement:
+        """The surface at rest, prepared for displacements.
+
+        Raises
+        ------
+        MeshError
+            The Laplacian cannot be factored.
+        """
+        return RigidDisplacement.of(self.mesh, self.laplacian, _LENGTH, _WIDTH)
+
+    @cached_property
+    def reflected_at_rest(self) -> RigidDisplacement:
+        """The same, reflected in the plane x = 0."""
+        return self.at_rest.resting_at(self.mesh.vertices * MIRROR)
 
     def share_of_area(self, vertices: BoolArray) -> float:
         """Share of the area that chosen ones of the V vertices have."""

@@ -13,13 +13,6 @@ from solver.registration.alignment import LOCAL, Alignment, Weights, embedding
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.surface import MIRROR, SmoothSurface
 
-_LENGTH = 0.02
-"""ℓ of :class:`.RigidDisplacement`. With 0.03, errors are up to 5 % more; with 0.015, some maps are
-much worse."""
-
-_WIDTH = 0.03
-"""h of :class:`.RigidDisplacement`. With single rings instead, errors are a tenth more."""
-
 ROUNDS = 12
 """Rounds of displacement and new images. Four more change errors by 2 to 4 %."""
 
@@ -81,6 +74,17 @@ class SurfaceMap:
         functional = alignment.functional_map
         embedded = _embedded_target(target, LOCAL, functional.size)
         return cls(source, target, functional, positions, reflected, LOCAL, embedded)
+
+    @property
+    def rest(self) -> RigidDisplacement:
+        """The source at rest.
+
+        Raises
+        ------
+        MeshError
+            Its Laplacian cannot be factored.
+        """
+        return self.source.reflected_at_rest if self.reflected else self.source.at_rest
 
     def images(self, vertices: IntArray | None = None, start: IntArray | None = None) -> IntArray:
         """Nearest target vertices in the embedding, found by descent.
@@ -155,7 +159,7 @@ class SurfaceMap:
         Parameters
         ----------
         rigid
-            The source, of :func:`at_rest`.
+            The source, as :attr:`rest` or drawn otherwise.
         control
             May cancel; past its deadline, fewer rounds are made.
         rounds
@@ -209,6 +213,11 @@ class SurfaceMap:
     def _images(self) -> IntArray:
         return _nearest_vertices(self._embedded, self.embedded_target, self.target)
 
+    @property
+    def strain(self) -> float:
+        """Mean strain of the displaced source; raises as :attr:`rest` does."""
+        return self.rest.strain(self.positions)
+
     @cached_property
     def normals(self) -> FloatArray:
         """(V, 3) unit normals of the displaced source, on the side that they are on at rest."""
@@ -231,25 +240,6 @@ def _embedded_target(target: SmoothSurface, weights: Weights, size: int) -> Real
     """(W, m) embedding of a target with a number of spectral coordinates."""
     functions = target.spectrum.eigenfunctions[:, :size]
     return embedding(target.mesh.vertices, target.normals, weights, functions)
-
-
-def at_rest(source: SmoothSurface, reflected: bool = False) -> RigidDisplacement:
-    """Return a surface at rest, prepared for displacements.
-
-    Parameters
-    ----------
-    source
-        The surface.
-    reflected
-        Whether it is reflected in the plane x = 0.
-
-    Raises
-    ------
-    MeshError
-        Its Laplacian cannot be factored.
-    """
-    rigid = RigidDisplacement.of(source.mesh, source.laplacian, _LENGTH, _WIDTH)
-    return rigid.resting_at(source.mesh.vertices * MIRROR) if reflected else rigid
 
 
 def points_in_triangles(

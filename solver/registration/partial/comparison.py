@@ -19,9 +19,7 @@ from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.partiality import FINEST
 from solver.registration.partial.refinement import RefinedPart
-from solver.registration.rigidity import RigidDisplacement
 from solver.registration.surface import Samples
-from solver.registration.surface_map import at_rest
 
 _AGAIN = replace(FINEST, sizes=(20, 26, 33, 41, 50, *FINEST.sizes))
 """Stage in which refined candidates are registered again."""
@@ -97,14 +95,11 @@ class _Comparison:
     ----------
     task
         The surfaces.
-    rest
-        The whole at rest, of unit area.
     near
         Distances on the part; ``None`` where the surfaces only overlap.
     """
 
     task: PartTask
-    rest: RigidDisplacement
     near: NearDistances | None
 
     @classmethod
@@ -112,11 +107,11 @@ class _Comparison:
         near = None
         if task.partiality.entire:
             near = NearDistances.of(task.shapes[1], task.part.samples.vertices)
-        return cls(task, at_rest(task.whole), near)
+        return cls(task, near)
 
     def refined(self, candidate: PartCandidate, control: Control) -> RefinedPart:
         """Refine a candidate to be compared."""
-        return RefinedPart.of(self.task, candidate, self.rest, control, self.task.partiality.rounds)
+        return RefinedPart.of(self.task, candidate, control, self.task.partiality.rounds)
 
     def twice(self, one: RefinedPart, control: Control) -> RefinedPart:
         """Refine a candidate once more, and mend it where that is done before the last choice."""

@@ -22,7 +22,7 @@ from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
-from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest, points_in_triangles
+from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, points_in_triangles
 from solver.shape import Shape
 
 
@@ -36,8 +36,6 @@ class RefinedPart:
         The surfaces.
     candidate
         As it was registered.
-    rest
-        The whole at rest, at the part's scale.
     displaced
         The displaced whole.
     images, back
@@ -48,7 +46,6 @@ class RefinedPart:
 
     task: PartTask
     candidate: PartCandidate
-    rest: RigidDisplacement
     displaced: SurfaceMap
     images: IntArray
     back: Images
@@ -59,7 +56,6 @@ class RefinedPart:
         cls,
         task: PartTask,
         candidate: PartCandidate,
-        rest: RigidDisplacement,
         control: Control,
         rounds: int = ROUNDS,
     ) -> "RefinedPart":
@@ -71,8 +67,6 @@ class RefinedPart:
             The surfaces.
         candidate
             Registered with the finest samples.
-        rest
-            The whole at rest, of unit area.
         control
             May cancel; past its deadline, less is refined.
         rounds
@@ -85,7 +79,7 @@ class RefinedPart:
         MeshError
             The Laplacian of the whole cannot be factored.
         """
-        rest = rest.resting_at(candidate.scale * task.whole.mesh.vertices)
+        rest = _at_rest(task, candidate)
         known = SurfaceMap.of(*task.surfaces, candidate.alignment, reflected=False)
         images = known.images()
         covered = covered_by_part(known, images, known.nearest(), candidate.scale)
@@ -93,12 +87,17 @@ class RefinedPart:
             covered = largest_patch(task.whole, covered)
         displaced, images = known.refined(rest.drawing(covered), control, rounds)
         back, strained = displaced.inverse(), rest.strain(displaced.positions)
-        return cls(task, candidate, rest, displaced, images, back, strained)
+        return cls(task, candidate, displaced, images, back, strained)
 
     @property
     def scale(self) -> float:
         """√area of the whole in the part's unit."""
         return self.candidate.scale
+
+    @cached_property
+    def rest(self) -> RigidDisplacement:
+        """The whole at rest, at the part's scale."""
+        return _at_rest(self.task, self.candidate)
 
     @cached_property
     def covered(self) -> BoolArray:
@@ -248,4 +247,9 @@ class RefinedPart:
         there = task.at(part.vertices[points.vertices])
         alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
         candidate = replace(known, alignment=alignment)
-        return RefinedPart.of(task, candidate, at_rest(task.whole), control)
+        return RefinedPart.of(task, candidate, control)
+
+
+def _at_rest(task: PartTask, candidate: PartCandidate) -> RigidDisplacement:
+    """The whole at rest, at the scale of the part."""
+    return task.whole.at_rest.resting_at(candidate.scale * task.whole.mesh.vertices)

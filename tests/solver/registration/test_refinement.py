@@ -21,7 +21,7 @@ from solver.registration.refinement import (
     refine_candidate,
 )
 from solver.registration.surface import smooth_surface
-from solver.registration.surface_map import SurfaceMap, at_rest
+from solver.registration.surface_map import SurfaceMap
 from solver.shape import Shape
 from synthetic import human
 
@@ -82,14 +82,12 @@ def test_feet_that_are_exchanged_are_torn_off_and_return(standing: Registration)
     surface = smooth_surface(standing.source)
     right = SurfaceMap.of(surface, surface, standing.candidate.alignment, reflected=False)
     feet, moved = exchanged(standing)
-    rigid = at_rest(surface)
-    displaced, images = right.moved(right.positions + moved).refined(rigid, Control())
+    displaced, images = right.moved(right.positions + moved).refined(surface.at_rest, Control())
     for one, other in (feet, feet[::-1]):
         assert np.isin(images[one], np.flatnonzero(other)).mean() > 0.5
-    held = RefinedCandidate(displaced, images, rigid)
+    held = RefinedCandidate(displaced, images)
     mended = mend(held, Control())
     np.testing.assert_array_equal(mended.images, np.arange(len(images)))
-    assert mended.rest is rigid
     assert mend(held, Control(deadline=time.monotonic())) is held
 
 

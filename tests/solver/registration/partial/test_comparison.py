@@ -14,7 +14,6 @@ from solver.registration.partial.choice import PartCandidate, PartTask, register
 from solver.registration.partial.comparison import refine_candidates
 from solver.registration.partial.partiality import FINEST, OF_PART
 from solver.registration.partial.refinement import RefinedPart
-from solver.registration.surface_map import at_rest
 from solver.shape import Shape
 from synthetic import human
 
@@ -76,7 +75,7 @@ def test_a_candidate_comes_closer_where_it_is_registered_again(
     """Displaced as rigidly as possible alone, even twice, it hardly does."""
     off = begun(whole, half, kept, np.array([0.0, 0.25, 0.0]))
     task = task_of(whole, half)
-    once = RefinedPart.of(task, off, at_rest(task.whole), Control())
+    once = RefinedPart.of(task, off, Control())
     again = refined(whole, half, Control(), off)[0]
     assert error(once.again(Control()), kept) > 0.8 * error(once, kept)
     assert error(again, kept) < 0.2 * error(once, kept)
