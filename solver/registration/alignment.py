@@ -14,15 +14,15 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray, RealArray
+from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points
 from solver.kernel import kernel
 from solver.mesh import nearest_rotations
 from solver.registration.surface import Samples
 
 RIDGE = 0.01
-"""Ridge of displacements. From 0.1 to 0.0001, errors change by a fiftieth; of parts, with ten times
-or a tenth of it, by a tenth."""
+"""Ridge of displacements, and of functional maps to parts. From 0.1 to 0.0001, errors change by a
+fiftieth; of parts, with ten times or a tenth of it, by a tenth."""
 
 LEAST_RIDGE = 1e-9
 """Least ridge, which keeps the equations regular where samples are fewer than eigenfunctions."""
@@ -72,38 +72,89 @@ class Pairs:
     back
         (M,) source sample of each target sample. Without these, a part of the target that no
         source sample goes to would attract nothing.
+    covered, met
+        (S,) and (M,) whether these are pairs: what has no partner on the other surface is left out.
     """
 
     images: IntArray
     back: IntArray
+    covered: BoolArray
+    met: BoolArray
+
+    @classmethod
+    def of_all(cls, images: IntArray, back: IntArray) -> "Pairs":
+        """Return the pairs of all samples of both."""
+        return cls(images, back, *(np.ones(len(one), dtype=np.bool_) for one in (images, back)))
+
+    @classmethod
+    def of_part(cls, back: IntArray, source_samples: int) -> "Pairs":
+        """Pairs of all target samples, and of no others of the source.
+
+        Parameters
+        ----------
+        back
+            (M,) source samples.
+        source_samples
+            Number S of source samples.
+        """
+        nothing = np.zeros(source_samples, dtype=np.int64)
+        return cls(nothing, back, nothing > 0, np.ones(len(back), dtype=np.bool_))
 
     @cached_property
+    def rows(self) -> IntArray | slice:
+        """The P source samples that are in a pair; a slice where all are."""
+        weights = self._sample_weights
+        return slice(None) if weights.all() else np.flatnonzero(weights)
+
+    @property
     def weights(self) -> FloatArray:
-        """(S, 1) weights of the source samples, with sum 1: both directions weigh the same."""
-        n, m = len(self.images), len(self.back)
-        weights = np.full((n, 1), 0.5 / n)
-        weights[:, 0] += 0.5 / m * np.bincount(self.back, minlength=n)
-        return weights
+        """(P, 1) weights of these samples; each direction has ½ in all."""
+        return self._sample_weights[self.rows, None]
 
     def partners(self, values: FloatArray, k: int) -> FloatArray:
-        """(S, k) weighted means of the first k of (M, K) values over all pairs of each sample.
+        """(P, k) weighted means of the first k of (M, K) values over all pairs of each sample.
 
-        Fits of least squares to these means, with `weights`, are those to all S + M pairs.
+        Fits of least squares to these means, with `weights`, are those to all pairs.
         """
-        return _sums(self.images, self.back, values, k) / self.weights
+        sums = _sums(self.images, self.back, self.covered, self.met, *self._pair_weights, values, k)
+        return sums[self.rows] / self.weights
+
+    @cached_property
+    def _pair_weights(self) -> tuple[float, float]:
+        """Weights of a pair of either direction."""
+        ours, theirs = (0.5 / max(int(one.sum()), 1) for one in (self.covered, self.met))
+        return ours, theirs
+
+    @cached_property
+    def _sample_weights(self) -> FloatArray:
+        """(S,) weights of the source samples."""
+        ours, theirs = self._pair_weights
+        counts = np.bincount(self.back[self.met], minlength=len(self.images))
+        weights: FloatArray = ours * self.covered + theirs * counts
+        return weights
 
 
 @kernel
-def _sums(images: IntArray, back: IntArray, values: FloatArray, k: int) -> FloatArray:
+def _sums(
+    images: IntArray,
+    back: IntArray,
+    covered: BoolArray,
+    met: BoolArray,
+    ours: float,
+    theirs: float,
+    values: FloatArray,
+    k: int,
+) -> FloatArray:
     """(S, k) weighted sums of the first k values over all pairs of each source sample."""
-    n, m = len(images), len(back)
-    sums = np.empty((n, k))
-    for i in range(n):
-        for d in range(k):
-            sums[i, d] = 0.5 / n * values[images[i], d]
-    for j in range(m):
-        for d in range(k):
-            sums[back[j], d] += 0.5 / m * values[j, d]
+    sums = np.zeros((len(images), k))
+    for i in range(len(images)):
+        if covered[i]:
+            for d in range(k):
+                sums[i, d] = ours * values[images[i], d]
+    for j in range(len(back)):
+        if met[j]:
+            for d in range(k):
+                sums[back[j], d] += theirs * values[j, d]
     return sums
 
 
@@ -159,7 +210,7 @@ class Alignment:
 
     def pairs(self, source: Samples, target: Samples, weights: Weights) -> Pairs:
         """Nearest neighbours in the embedding."""
-        return Pairs(*mutual_nearest_points(*self.embed(source, target, weights)))
+        return Pairs.of_all(*mutual_nearest_points(*self.embed(source, target, weights)))
 
 
 def embedding(
@@ -244,15 +295,21 @@ def fit_alignment(source: Samples, target: Samples, pairs: Pairs, size: int) -> 
         Number of eigenfunctions; all there are, if it is greater.
     """
     k = min(size, source.size, target.size)
-    basis = WeightedBasis(source.eigenfunctions[:, :k], pairs.weights)
-    goals = pairs.partners(target.smoothed(k)[0], 3)
-    ridge = RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[-1]), LEAST_RIDGE)
-    coefficients, turn = fit_displacement(
-        basis, source.coefficients[:k], goals, ridge + LEAST_RIDGE
+    basis = WeightedBasis.of(source, pairs, k)
+    displacement = fit_displacement(
+        basis,
+        source.coefficients[:k],
+        pairs.partners(target.smoothed(k)[0], 3),
+        ridge_of(source, k, LEAST_RIDGE),
     )
     there = pairs.partners(target.eigenfunctions, k)
     left, _, right = np.linalg.svd((basis.weighted @ there).T)
-    return Alignment(coefficients, FunctionalMap(left @ right), turn)
+    return Alignment(displacement[0], FunctionalMap(left @ right), displacement[1])
+
+
+def ridge_of(source: Samples, k: int, least: float) -> FloatArray:
+    """(k,) ridge of a fit in the first k eigenfunctions of a source, `least` at least."""
+    return RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[-1]), least) + least
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,6 +326,11 @@ class WeightedBasis:
 
     functions: FloatArray
     weights: FloatArray
+
+    @classmethod
+    def of(cls, source: Samples, pairs: Pairs, k: int) -> "WeightedBasis":
+        """Return the first k eigenfunctions at the source samples of pairs."""
+        return cls(source.eigenfunctions[pairs.rows, :k], pairs.weights)
 
     @cached_property
     def weighted(self) -> FloatArray:

@@ -139,7 +139,7 @@ def _spectral_pairs(samples: tuple[Samples, Samples], matrix: FloatArray) -> Pai
     source, target = samples
     ours = FunctionalMap(matrix).images(source.eigenfunctions).astype(np.float32)
     theirs = target.eigenfunctions[:, : len(matrix)].astype(np.float32)
-    return Pairs(*mutual_nearest_points(ours, theirs))
+    return Pairs.of_all(*mutual_nearest_points(ours, theirs))
 
 
 def _rotated(samples: tuple[Samples, Samples]) -> Pairs:
@@ -159,7 +159,7 @@ def _rotated(samples: tuple[Samples, Samples]) -> Pairs:
         turn = (axes.T * (first, second, third)) @ target_axes
         for _ in range(_TURNS):
             turned = embedding(here @ turn, normals @ turn, GLOBAL)
-            pairs = Pairs(*mutual_nearest_points(turned, embedded))
+            pairs = Pairs.of_all(*mutual_nearest_points(turned, embedded))
             turn = rotation_onto(here, pairs.partners(there, 3), pairs.weights)
         apart = (turned - embedded[pairs.images]) ** 2, (turned[pairs.back] - embedded) ** 2
         found.append((sum(float(one.sum(axis=1).mean()) for one in apart), pairs))

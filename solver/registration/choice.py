@@ -248,7 +248,7 @@ def mapped(task: Task, images: IntArray, back: IntArray) -> FirstPairs:
 
     def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         here, there = (one.vertices for one in samples)
-        yield Pairs(
+        yield Pairs.of_all(
             nearest_points(theirs[images[here]], theirs[there]),
             nearest_points(ours[back[there]], ours[here]),
         )

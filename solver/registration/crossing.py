@@ -100,7 +100,7 @@ def crossed_pairs(
         taken = takes_second(worse, neighbours, images[first], images[second])
         if _FEW <= taken.mean() <= 1.0 - _FEW:
             ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
-            yield Pairs(*mutual_nearest_points(ours, embedded[first][1]))
+            yield Pairs.of_all(*mutual_nearest_points(ours, embedded[first][1]))
 
 
 def uncrossed(candidates: Sequence[Candidate], crossed: Crossed) -> Iterator[tuple[int, int]]:

@@ -146,7 +146,7 @@ def measure_fit(
     displaced = source.surface(alignment.coefficients)
     ours = alignment.embed_source(source, displaced, GLOBAL)
     theirs = alignment.embed_target(target, GLOBAL)
-    pairs = Pairs(*mutual_nearest_points(ours, theirs))
+    pairs = Pairs.of_all(*mutual_nearest_points(ours, theirs))
     sheared, stretched = strain(source, alignment)
     normals = displaced[1], target.smoothed(alignment.size)[1]
     densities = np.stack(

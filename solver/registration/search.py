@@ -326,7 +326,7 @@ def _from_the_target(task: Task, hypotheses: Sequence[Points], control: Control)
 
     def back(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         pairs = again(found, COARSE[-1].weights)(samples[::-1])
-        return (Pairs(one.back, one.images) for one in pairs)
+        return (Pairs.of_all(one.back, one.images) for one in pairs)
 
     return choose(task, back, COARSE[-1:], control)
 

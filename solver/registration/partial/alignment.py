@@ -17,16 +17,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points, nearest_points
 from solver.registration.alignment import (
     LEAST_RIDGE_OF_FEW,
-    RIDGE,
     Alignment,
+    Pairs,
     WeightedBasis,
     Weights,
     embedding,
     fit_displacement,
+    ridge_of,
 )
 from solver.registration.surface import Samples, SmoothSurface
 
@@ -38,9 +39,6 @@ bench.partial --halves``, five were wrong without curvatures, two with a weight 
 
 IN_SPACE = replace(WEIGHTS, spectrum=0.0, curvature=0.0)
 """Of the embedding in which a fit is measured: of what is registered, a distance in space."""
-
-_SPECTRAL_RIDGE = 0.01
-"""Ridge of the functional map."""
 
 PARTNER_DISTANCE = 0.1
 """Distance over √area of the whole within which a point's partner's partner is near it."""
@@ -113,58 +111,6 @@ class PartSamples:
         return ours.standardised[whole.vertices], self._curvatures[scale]
 
 
-@dataclass(frozen=True, eq=False)
-class PartPairs:
-    """Nearest neighbours in an embedding of both surfaces.
-
-    Parameters
-    ----------
-    images
-        (S,) sample of the part nearest to each sample of the whole, if the surfaces only overlap.
-    covered
-        (S,) whether that is its partner: the sample of the whole nearest to it is near.
-    back
-        (M,) sample of the whole nearest to each sample of the part.
-    met
-        (M,) whether that is its partner: all are, unless the surfaces only overlap.
-    """
-
-    images: IntArray
-    covered: BoolArray
-    back: IntArray
-    met: BoolArray
-
-    @classmethod
-    def of_part(cls, back: IntArray, whole_samples: int) -> "PartPairs":
-        """Pairs of all samples of the part, and of no others of the whole.
-
-        Parameters
-        ----------
-        back
-            (M,) samples of the whole.
-        whole_samples
-            Number S of samples of the whole.
-        """
-        nothing = np.zeros(whole_samples, dtype=np.int64)
-        return cls(nothing, nothing > 0, back, np.ones(len(back), dtype=np.bool_))
-
-    @property
-    def rows(self) -> IntArray:
-        """Samples of the whole, of all pairs."""
-        return np.concatenate([np.flatnonzero(self.covered), self.back[self.met]])
-
-    @property
-    def columns(self) -> IntArray:
-        """Samples of the part, of all pairs."""
-        return np.concatenate([self.images[self.covered], np.flatnonzero(self.met)])
-
-    @property
-    def weights(self) -> FloatArray:
-        """(P, 1) weights of the pairs; each direction has ½ in all."""
-        both = int(self.covered.sum()), int(self.met.sum())
-        return np.concatenate([np.full(one, 0.5 / max(one, 1)) for one in both])[:, None]
-
-
 def embed(
     whole: Samples, part: PartSamples, alignment: Alignment, scale: float, weights: Weights
 ) -> tuple[RealArray, RealArray]:
@@ -196,7 +142,7 @@ def find_pairs(
     scale: float,
     weights: Weights,
     near: float = PARTNER_DISTANCE,
-) -> PartPairs:
+) -> Pairs:
     """Nearest neighbours in the embedding: of a part, or of both surfaces that overlap.
 
     Parameters
@@ -209,11 +155,11 @@ def find_pairs(
     """
     here, there = embed(whole, part, alignment, scale, weights)
     if part.entire:
-        return PartPairs.of_part(nearest_points(there, here), len(whole))
+        return Pairs.of_part(nearest_points(there, here), len(whole))
     images, back = mutual_nearest_points(here, there)
     apart = np.linalg.norm(whole.positions - whole.positions[back[images]], axis=1)
     away = np.linalg.norm(part.positions - part.positions[images[back]], axis=1)
-    return PartPairs(images, apart < near, back, away < near * scale)
+    return Pairs(images, back, apart < near, away < near * scale)
 
 
 def align_to_part(
@@ -243,7 +189,7 @@ def align_to_part(
 
 
 def fit_to_part(
-    whole: Samples, part: PartSamples, pairs: PartPairs, scale: float, size: int
+    whole: Samples, part: PartSamples, pairs: Pairs, scale: float, size: int
 ) -> Alignment:
     """Fit a displacement and a functional map to pairs of samples.
 
@@ -259,16 +205,10 @@ def fit_to_part(
         Number of eigenfunctions.
     """
     k = min(size, whole.size)
-    basis = WeightedBasis(whole.eigenfunctions[pairs.rows, :k], pairs.weights)
-    decay = whole.eigenvalues[:k] / max(float(whole.eigenvalues[-1]), LEAST_RIDGE_OF_FEW)
+    basis, ridge = WeightedBasis.of(whole, pairs, k), ridge_of(whole, k, LEAST_RIDGE_OF_FEW)
     coefficients, turn = fit_displacement(
-        basis,
-        whole.coefficients[:k],
-        part.positions[pairs.columns],
-        RIDGE * decay + LEAST_RIDGE_OF_FEW,
-        scale,
+        basis, whole.coefficients[:k], pairs.partners(part.positions, 3), ridge, scale
     )
     rank = min(max(int(_RANK * k), 4), part.functions.shape[1])
-    there = part.functions[pairs.columns, :rank]
-    matrix = basis.coefficients(there, _SPECTRAL_RIDGE * decay + LEAST_RIDGE_OF_FEW).T
+    matrix = basis.coefficients(pairs.partners(part.functions, rank), ridge).T
     return Alignment(coefficients, FunctionalMap(np.asarray(matrix)), turn)

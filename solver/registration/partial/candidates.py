@@ -22,9 +22,9 @@ from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
 from solver.labelling import UNMATCHED, LabellingProblem, pairs_with_landmarks
 from solver.optimisation.exact import m_best_solutions
-from solver.registration.alignment import Alignment, WeightedBasis, fit_displacement
+from solver.registration.alignment import Alignment, Pairs, WeightedBasis, fit_displacement
 from solver.registration.candidates import FIRST_SIZE, MIN_POINTS, Points, first_ridge
-from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
+from solver.registration.partial.alignment import PartSamples, fit_to_part
 from solver.registration.partial.partiality import Labellings
 from solver.registration.surface import Samples, SmoothSurface, smooth_surface
 from solver.shape import Shape
@@ -158,5 +158,5 @@ def alignment_by_distances(
             (part, theirs, points[1], part.size * scale),
         )
     )
-    pairs = PartPairs.of_part(nearest_points(there, here), len(ours))
+    pairs = Pairs.of_part(nearest_points(there, here), len(ours))
     return fit_to_part(ours, theirs, pairs, scale, FIRST_SIZE)

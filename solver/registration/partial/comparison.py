@@ -12,8 +12,9 @@ from functools import cached_property
 
 from solver.control import Control
 from solver.functional_maps import nearest_points
+from solver.registration.alignment import Pairs
 from solver.registration.choice import distinct
-from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
+from solver.registration.partial.alignment import PartSamples, fit_to_part
 from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
@@ -124,7 +125,7 @@ class _Comparison:
         here, there = (each.vertices for each in samples)
         positions = self.task.whole.mesh.vertices
         back = nearest_points(positions[one.back[0][there]], positions[here])
-        pairs = PartPairs.of_part(back, len(here))
+        pairs = Pairs.of_part(back, len(here))
         start = fit_to_part(*samples, pairs, one.scale, _AGAIN.sizes[0]), one.scale
         return self.refined(
             register_part_candidate(self.task, samples, start, _AGAIN.sizes), control

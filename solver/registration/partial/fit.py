@@ -139,8 +139,9 @@ def mean_share(whole: float, part: float, scale: float) -> float:
 def scale_of(whole: Samples, part: PartSamples, alignment: Alignment, scale: float) -> float:
     """√area of the whole in the part's unit: median stretch of the whole at all pairs."""
     pairs = find_pairs(whole, part, alignment, scale, WEIGHTS)
+    every = np.append(np.flatnonzero(pairs.covered), pairs.back[pairs.met])
     _, stretched = strain(whole, alignment, scale)
-    return scale * float(np.exp(0.5 * np.median(stretched[pairs.rows])))
+    return scale * float(np.exp(0.5 * np.median(stretched[every])))
 
 
 @dataclass(frozen=True)

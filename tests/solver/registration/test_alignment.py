@@ -31,7 +31,7 @@ SEEDS = st.integers(0, 2**31 - 1)
 def pairs_between(samples: Samples, others: Samples, seed: int) -> Pairs:
     random = np.random.default_rng(seed)
     n, m = len(samples), len(others)
-    return Pairs(random.integers(m, size=n), random.integers(n, size=m))
+    return Pairs.of_all(random.integers(m, size=n), random.integers(n, size=m))
 
 
 def identity(samples: Samples, k: int) -> Alignment:
@@ -69,13 +69,26 @@ def test_a_fit_is_the_weighted_least_squares_solution(surface: SmoothSurface) ->
 
 
 def test_partners_are_means_over_the_pairs_of_both_directions() -> None:
-    pairs = Pairs(np.array([2, 0]), np.array([0, 0, 1]))
+    pairs = Pairs.of_all(np.array([2, 0]), np.array([0, 0, 1]))
     values = np.array([[1.0, 5.0], [2.0, 6.0], [4.0, 7.0]])
     a, b = 1.0 / 4.0, 1.0 / 6.0
     np.testing.assert_allclose(pairs.weights[:, 0], [a + 2.0 * b, a + b])
     expected = [(a * 4.0 + b * (1.0 + 2.0)) / (a + 2.0 * b), (a * 1.0 + b * 4.0) / (a + b)]
     np.testing.assert_allclose(pairs.partners(values, 1)[:, 0], expected)
-    assert pairs.weights is pairs.weights
+
+
+def test_samples_without_a_partner_are_left_out() -> None:
+    """The second source sample is in no pair; of the first, one pair of each direction is left."""
+    covered, met = np.array([True, False, True]), np.array([True, False, True])
+    pairs = Pairs(np.array([1, 2, 0]), np.array([0, 1, 2]), covered, met)
+    values = np.array([[1.0], [2.0], [4.0]])
+    np.testing.assert_array_equal(pairs.rows, [0, 2])
+    np.testing.assert_allclose(pairs.weights, [[0.5], [0.5]])
+    np.testing.assert_allclose(pairs.partners(values, 1), [[1.5], [2.5]])
+    part = Pairs.of_part(np.array([2, 2, 0]), 3)
+    np.testing.assert_array_equal(part.rows, [0, 2])
+    np.testing.assert_allclose(part.weights, [[1.0 / 6.0], [1.0 / 3.0]])
+    np.testing.assert_allclose(part.partners(values, 1), [[4.0], [1.5]])
 
 
 def test_true_pairs_of_a_moved_copy_fit_exactly(surface: SmoothSurface) -> None:
@@ -84,7 +97,7 @@ def test_true_pairs_of_a_moved_copy_fit_exactly(surface: SmoothSurface) -> None:
     other = smooth_surface(Shape(triangle_mesh(5.0 * mesh.vertices @ turn, mesh.faces)))
     source, target = surface.samples, other.samples
     same = np.arange(len(source))
-    found = fit_alignment(source, target, Pairs(same, same), 50)
+    found = fit_alignment(source, target, Pairs.of_all(same, same), 50)
     np.testing.assert_allclose(found.turn, turn, atol=1e-6)
     positions, normals = source.surface(found.coefficients)
     expected, expected_normals = target.smoothed(50)
@@ -121,7 +134,7 @@ def test_nearest_neighbours_of_both_directions(surface: SmoothSurface) -> None:
 def test_alignment_goes_through_the_sizes(surface: SmoothSurface) -> None:
     samples = surface.samples
     same = np.arange(len(samples))
-    found = align(samples, samples, Pairs(same, same), (12, 20, 40), LOCAL)
+    found = align(samples, samples, Pairs.of_all(same, same), (12, 20, 40), LOCAL)
     assert found.size == 40
     np.testing.assert_array_equal(found.pairs(samples, samples, LOCAL).images, same)
 

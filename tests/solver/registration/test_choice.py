@@ -107,7 +107,7 @@ def candidate(images: list[int], score: float = 0.0) -> Candidate:
     measure = float(np.exp(score))
     fit = Fit(measure, 1.0, 1.0, 1.0, (1.0,), 1.0)
     everywhere = np.arange(len(images))
-    local = LocalFit(np.ones((5, len(images))), Pairs(everywhere, everywhere))
+    local = LocalFit(np.ones((5, len(images))), Pairs.of_all(everywhere, everywhere))
     return Candidate(np.array(images), NOTHING, fit, local)
 
 

@@ -9,7 +9,8 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.mesh import triangle_mesh
-from solver.registration.partial.alignment import PartPairs, fit_to_part
+from solver.registration.alignment import Pairs
+from solver.registration.partial.alignment import fit_to_part
 from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
 from solver.registration.partial.comparison import refine_candidates
 from solver.registration.partial.partiality import FINEST, OF_PART
@@ -51,7 +52,7 @@ def begun(whole: Shape, half: Shape, kept: IntArray, off: FloatArray) -> PartCan
     positions = task.whole.mesh.vertices
     back = nearest_points(positions[kept[theirs.vertices]] + off, positions[ours.vertices])
     assert task.scale is not None
-    pairs = PartPairs.of_part(back, len(ours))
+    pairs = Pairs.of_part(back, len(ours))
     start = fit_to_part(*samples, pairs, task.scale, SIZE), task.scale
     return register_part_candidate(task, samples, start, ())
 
