@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import compress
+from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -11,9 +13,13 @@ from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.registration.alignment import GLOBAL, LOCAL, Alignment, Pairs, Weights, align
 from solver.registration.candidates import NO_LANDMARKS, Points, first_pairs
-from solver.registration.fit import Fit, LocalFit, measure_fit
+from solver.registration.fit import UNMEASURED, LocalFit, Measures, measure_fit
 from solver.registration.surface import MIRROR, Samples, SmoothSurface, smooth_surface
 from solver.shape import Shape
+
+SAME = 0.05
+"""Mean distance in space over √area between the images of candidates that are the same. A choice,
+half of the error of a right answer; of surfaces that overlap, it is `SAME_OVERLAP`."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +32,12 @@ class Stage:
         Numbers of samples.
     sizes
         Numbers of eigenfunctions, each some 1.2 times the one before.
-    weights
-        Of the embedding in which neighbours are found.
     kept
         Greatest number of candidates that are kept.
+    weights
+        Of the embedding in which neighbours are found.
+    same
+        Mean distance in space over √area between the images of candidates that are the same.
     distances
         Whether the change of distances is measured, which only tells how probable an answer is.
     """
@@ -37,24 +45,21 @@ class Stage:
     source_samples: int
     target_samples: int
     sizes: tuple[int, ...]
-    weights: Weights
     kept: int
+    weights: Weights = GLOBAL
+    same: float = SAME
     distances: bool = False
 
 
 # Chosen on generated people and animals: `python -m bench.dense`.
 COARSE = (
-    Stage(200, 500, (8, 12), GLOBAL, 32),
-    Stage(200, 500, (14, 17, 20), GLOBAL, 32),
+    Stage(200, 500, (8, 12), 32),
+    Stage(200, 500, (14, 17, 20), 32),
 )
 FINE = (
-    Stage(300, 750, (26, 33, 41, 50), LOCAL, 5),
-    Stage(750, 1500, (70, 85, 100), LOCAL, 6, distances=True),
+    Stage(300, 750, (26, 33, 41, 50), 5, LOCAL),
+    Stage(750, 1500, (70, 85, 100), 6, LOCAL, distances=True),
 )
-
-SAME = 0.05
-"""Mean distance in space over √area between the images of candidates that are the same. A choice,
-half of the error of a right answer; of surfaces that overlap, it is `SAME_OVERLAP`."""
 
 LANDMARK_TOLERANCE = 0.1
 """Mean distance in space over √area by which candidates may miss landmarks more than the one that
@@ -67,22 +72,58 @@ class Candidate:
 
     Parameters
     ----------
-    images
-        (S,) target vertices of the source samples of the last stage.
     alignment
         Its alignment.
-    fit, local
-        Its fit, and what the local measures are made of.
+    fit
+        How well it fits.
+    images
+        (S,) vertices that candidates are compared by: those of the target that the source samples
+        of the last stage go to; of a part, those of the whole that its first samples go to.
+    local
+        What the local measures are made of; nothing of a part.
     missed
-        Mean distance of the displaced landmarks from where they should be, in √area; 0 without
-        landmarks.
+        Mean distance of the displaced landmarks from where they should be, in √area of the source;
+        0 without landmarks.
+    scale
+        √area of the source in the target's unit.
     """
 
-    images: IntArray
     alignment: Alignment
-    fit: Fit
-    local: LocalFit
+    fit: Measures
+    images: IntArray
+    local: LocalFit = UNMEASURED
     missed: float = 0.0
+    scale: float = 1.0
+
+
+SamplesT = TypeVar("SamplesT")
+"""Samples of two surfaces."""
+
+StartT = TypeVar("StartT")
+"""Where a candidate begins."""
+
+
+class Registering(Protocol[SamplesT, StartT]):
+    """Two surfaces, and how candidates of them are registered."""
+
+    @property
+    def positions(self) -> FloatArray:
+        """(V, 3) vertices that images of candidates are among, at √area 1."""
+
+    @property
+    def drops_missing(self) -> bool:
+        """Whether candidates that miss landmarks are dropped in each stage; else they come last."""
+
+    def sampled(self, stage: Stage) -> SamplesT:
+        """Samples of a stage."""
+
+    def again(
+        self, candidates: Iterable[Candidate], stage: Stage
+    ) -> Callable[[SamplesT], Iterable[StartT]]:
+        """Where candidates go on in a further stage."""
+
+    def register(self, samples: SamplesT, start: StartT, stage: Stage) -> Candidate:
+        """Register a candidate in one stage, whose samples are given, and measure its fit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +144,8 @@ class Task:
     target: SmoothSurface
     samples: tuple[Samples, Samples]
     landmarks: Points
+
+    drops_missing: ClassVar[bool] = False
 
     @classmethod
     def of(cls, source: Shape, target: Shape, landmarks: Points = NO_LANDMARKS) -> "Task":
@@ -152,6 +195,17 @@ class Task:
         """Mean distance of the displaced landmarks from where they should be, in √area."""
         return missed(self.source, self.positions, alignment, self.landmarks)
 
+    def again(self, candidates: Iterable[Candidate], stage: Stage) -> "FirstPairs":
+        """Return where candidates go on in a further stage."""
+        return again(candidates, stage.weights)
+
+    def register(self, samples: tuple[Samples, Samples], start: Pairs, stage: Stage) -> Candidate:
+        """Register a candidate in one stage, whose samples are given, and measure its fit."""
+        alignment = align(*samples, start, stage.sizes, stage.weights)
+        fit, local = measure_fit(*samples, alignment, distances=stage.distances)
+        images = samples[1].vertices[local.pairs.images]
+        return Candidate(alignment, fit, images, local, self.missed(alignment))
+
 
 def missed(
     source: SmoothSurface, positions: FloatArray, alignment: Alignment, landmarks: Points
@@ -182,7 +236,10 @@ FirstPairs = Callable[[tuple[Samples, Samples]], Iterable[Pairs]]
 
 
 def choose(
-    task: Task, first: FirstPairs, stages: Sequence[Stage], control: Control
+    task: Registering[SamplesT, StartT],
+    first: Callable[[SamplesT], Iterable[StartT]],
+    stages: Sequence[Stage],
+    control: Control,
 ) -> list[Candidate]:
     """Register candidates in stages, each of which keeps the best that differ.
 
@@ -191,7 +248,7 @@ def choose(
     task
         The surfaces.
     first
-        Where candidates begin.
+        Where candidates begin, given the samples of the first stage.
     stages
         That candidates go through.
     control
@@ -210,12 +267,11 @@ def choose(
     kept: list[Candidate] = []
     for number, stage in enumerate(stages):
         samples = task.sampled(stage)
-        starts = first(samples) if number == 0 else again(kept, stage.weights)(samples)
-        found = [
-            register_candidate(task, samples, pairs, stage)
-            for pairs in control.in_time(starts, least=1)
-        ]
-        kept = ranked(found, task.positions, stage.kept)
+        starts = (first if number == 0 else task.again(kept, stage))(samples)
+        found = [task.register(samples, start, stage) for start in control.in_time(starts, least=1)]
+        if task.drops_missing:
+            found = meeting_landmarks(found)
+        kept = ranked(found, task.positions, stage.kept, stage.same)
     return kept
 
 
@@ -256,18 +312,8 @@ def mapped(task: Task, images: IntArray, back: IntArray) -> FirstPairs:
     return pairs
 
 
-def register_candidate(
-    task: Task, samples: tuple[Samples, Samples], pairs: Pairs, stage: Stage
-) -> Candidate:
-    """Register a candidate in one stage, whose samples are given, and measure its fit."""
-    alignment = align(*samples, pairs, stage.sizes, stage.weights)
-    fit, local = measure_fit(*samples, alignment, distances=stage.distances)
-    images = samples[1].vertices[local.pairs.images]
-    return Candidate(images, alignment, fit, local, task.missed(alignment))
-
-
 def ranked(
-    found: Sequence[Candidate], positions: FloatArray, most: int | None = None
+    found: Sequence[Candidate], positions: FloatArray, most: int | None = None, same: float = SAME
 ) -> list[Candidate]:
     """Return candidates that differ, the best first: those that meet landmarks, by their score.
 
@@ -276,14 +322,21 @@ def ranked(
     found
         Candidates at the same source samples.
     positions
-        (V, 3) vertices of the target.
+        (V, 3) vertices that their images are among.
     most
         How many to return at most; all by default.
+    same
+        As of :class:`Stage`.
     """
     met = meeting([one.missed for one in found])
     order = sorted(zip(met, found, strict=True), key=lambda one: (not one[0], one[1].fit.score))
-    rows = distinct((positions[one.images] for _, one in order), most)
+    rows = distinct((positions[one.images] for _, one in order), most, same)
     return [order[row][1] for row in rows]
+
+
+def meeting_landmarks(found: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates that meet the landmarks as well as any, or nearly so."""
+    return list(compress(found, meeting([one.missed for one in found])))
 
 
 def meeting(missed: Sequence[float]) -> list[bool]:

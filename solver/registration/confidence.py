@@ -6,7 +6,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from solver.registration.fit import Fit
+from solver.registration.fit import Measures
 from solver.registration.refined_fit import RefinedFit
 
 _WEIGHTS: Mapping[str, float] = MappingProxyType(
@@ -174,7 +174,7 @@ def measured_margin(margin: float) -> float:
     return min(max(margin, 0.0), 1.0)
 
 
-def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
+def confidence_of(fit: Measures, margin: float, complete: bool = True) -> Confidence:
     """Confidence in a registration.
 
     Parameters

@@ -15,7 +15,7 @@ import numpy as np
 from solver.control import Control
 from solver.functional_maps import mutual_nearest_points
 from solver.registration.alignment import Pairs
-from solver.registration.choice import COARSE, Candidate, Task, ranked, register_candidate
+from solver.registration.choice import COARSE, Candidate, Task, ranked
 from solver.registration.fit import worse_by
 from solver.registration.seams import neighbours_of, takes_second
 from solver.registration.surface import Samples
@@ -69,7 +69,7 @@ def cross(
     found = list(candidates[: _STAGE.kept])
     for _ in range(_GENERATIONS):
         children = [
-            register_candidate(task, samples, pairs, _STAGE)
+            task.register(samples, pairs, _STAGE)
             for pairs in control.in_time(crossed_pairs(samples, found, crossed))
         ]
         found = ranked([*found, *children], task.positions, _STAGE.kept)

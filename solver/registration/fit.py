@@ -104,6 +104,10 @@ class LocalFit:
     pairs: Pairs
 
 
+_NONE = np.empty(0, dtype=np.int64)
+UNMEASURED = LocalFit(np.empty((0, 0)), Pairs.of_all(_NONE, _NONE))
+"""Of what is measured as a whole only."""
+
 _ROOTS = [1, 2]
 """Rows of the densities whose means' roots are the measures."""
 

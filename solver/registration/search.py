@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import compress
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from solver.registration.choice import (
     again,
     choose,
     from_hypotheses,
-    meeting,
+    meeting_landmarks,
     ranked,
 )
 from solver.registration.comparison import Compared, best_compared, compare, may_be_overtaken
@@ -166,7 +165,7 @@ def _is_beyond_doubt(task: Task, found: Sequence[Candidate], known: Confidence) 
         return False
     if found[0].fit.score < EXACT:
         return True
-    if _are_round(task) and found[0].fit.bent[-1] >= _AGREEING:
+    if _are_round(task) and found[0].fit.measures["bent_1"] >= np.log(_AGREEING):
         return False
     return not _have_rotations(task)
 
@@ -353,7 +352,7 @@ def register_finely(task: Task, halfway: Sequence[Candidate], control: Control) 
     Those that differ and meet the landmarks, the best first.
     """
     found = choose(task, again(halfway, FINE[-1].weights), FINE[-1:], control)
-    return list(compress(found, meeting([one.missed for one in found])))
+    return meeting_landmarks(found)
 
 
 def confidence_in(found: Sequence[Candidate], control: Control) -> Confidence:

@@ -168,6 +168,7 @@ def align_to_part(
     alignment: Alignment,
     scale: float,
     sizes: Iterable[int],
+    weights: Weights = WEIGHTS,
 ) -> Alignment:
     """Align a whole to a part from coarse to fine.
 
@@ -181,9 +182,11 @@ def align_to_part(
         √area of the whole in the part's unit.
     sizes
         Numbers of eigenfunctions to go through.
+    weights
+        Of the embedding.
     """
     for size in sizes:
-        pairs = find_pairs(whole, part, alignment, scale, WEIGHTS)
+        pairs = find_pairs(whole, part, alignment, scale, weights)
         alignment = fit_to_part(whole, part, pairs, scale, size)
     return alignment
 

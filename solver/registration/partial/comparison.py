@@ -13,13 +13,13 @@ from functools import cached_property
 from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.registration.alignment import Pairs
-from solver.registration.choice import distinct
+from solver.registration.choice import Candidate, distinct
 from solver.registration.partial.alignment import PartSamples, fit_to_part
-from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.partiality import FINEST
 from solver.registration.partial.refinement import RefinedPart
+from solver.registration.partial.task import PartTask
 from solver.registration.surface import Samples
 
 _AGAIN = replace(FINEST, sizes=(20, 26, 33, 41, 50, *FINEST.sizes))
@@ -46,7 +46,7 @@ class MeasuredPart:
 
 
 def refine_candidates(
-    task: PartTask, candidates: Iterable[PartCandidate], control: Control
+    task: PartTask, candidates: Iterable[Candidate], control: Control
 ) -> list[MeasuredPart]:
     """Refine candidates, and the best once more, by what then has a partner.
 
@@ -110,7 +110,7 @@ class _Comparison:
             near = NearDistances.of(task.shapes[1], task.part.samples.vertices)
         return cls(task, near)
 
-    def refined(self, candidate: PartCandidate, control: Control) -> RefinedPart:
+    def refined(self, candidate: Candidate, control: Control) -> RefinedPart:
         """Refine a candidate to be compared."""
         return RefinedPart.of(self.task, candidate, control, self.task.partiality.rounds)
 
@@ -127,14 +127,12 @@ class _Comparison:
         back = nearest_points(positions[one.back[0][there]], positions[here])
         pairs = Pairs.of_part(back, len(here))
         start = fit_to_part(*samples, pairs, one.scale, _AGAIN.sizes[0]), one.scale
-        return self.refined(
-            register_part_candidate(self.task, samples, start, _AGAIN.sizes), control
-        )
+        return self.refined(self.task.register(samples, start, _AGAIN), control)
 
     @cached_property
     def _samples(self) -> tuple[Samples, PartSamples]:
         """Samples at which parts are registered again."""
-        return self.task.samples(_AGAIN)
+        return self.task.sampled(_AGAIN)
 
     def ranked(
         self, new: Iterable[RefinedPart], known: Iterable[MeasuredPart] = ()
@@ -146,7 +144,7 @@ class _Comparison:
 
     def _measured(self, one: RefinedPart) -> MeasuredPart:
         task, near, back = self.task, self.near, one.back[0]
-        vertices = task.part.samples.vertices[: FINEST.part_samples]
+        vertices = task.part.samples.vertices[: FINEST.target_samples]
         vertices = vertices[one.part_covered[vertices]]
         bent = changes_of_curvature(task.whole, task.part, vertices, back[vertices], one.scale)
         distorted = None if near is None else near.change(task.shapes[0], back, one.scale)

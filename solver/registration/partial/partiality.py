@@ -10,7 +10,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from solver.registration.choice import SAME
+from solver.registration.choice import Stage
+from solver.registration.partial.alignment import WEIGHTS
 from solver.registration.reduction import MANY_VERTICES
 from solver.registration.refinement import FEWER_ROUNDS
 from solver.registration.surface_map import ROUNDS
@@ -43,29 +44,6 @@ class Labellings:
     costs: tuple[tuple[float, float], ...]
     best: int
     apart: float
-
-
-@dataclass(frozen=True)
-class PartStage:
-    """A stage of the search.
-
-    Parameters
-    ----------
-    whole_samples, part_samples
-        Numbers of samples.
-    sizes
-        Numbers of eigenfunctions to go through.
-    kept
-        How many candidates are kept.
-    same
-        Mean distance in space over √area between the images of candidates that are the same.
-    """
-
-    whole_samples: int
-    part_samples: int
-    sizes: tuple[int, ...]
-    kept: int
-    same: float = SAME
 
 
 @dataclass(frozen=True)
@@ -102,7 +80,7 @@ class Partiality:
     vertices: int
     labellings: Labellings
     by_distances: bool
-    stages: tuple[PartStage, ...]
+    stages: tuple[Stage, ...]
     rounds: int
     again: tuple[int, ...]
     last: int
@@ -112,7 +90,7 @@ class Partiality:
     intercept: float
 
 
-FINEST = PartStage(750, 800, (60, 70, 85), 8)
+FINEST = Stage(750, 800, (60, 70, 85), 8, WEIGHTS)
 """Last stage of surfaces that overlap; its samples are those that parts are refined from, too."""
 
 SAME_OVERLAP = 0.1
@@ -130,8 +108,8 @@ OF_PART = Partiality(
     # halves of bodies that had wrong answers, a right candidate was the first to 34th that differs
     # from those before it.
     stages=(
-        PartStage(200, 400, (8, 10, 12, 14, 17, 20), 40),
-        PartStage(300, 600, (26, 33, 41, 50), 40),
+        Stage(200, 400, (8, 10, 12, 14, 17, 20), 40, WEIGHTS),
+        Stage(300, 600, (26, 33, 41, 50), 40, WEIGHTS),
     ),
     # They are refined again.
     rounds=FEWER_ROUNDS,
@@ -166,9 +144,9 @@ OF_OVERLAP = Partiality(
     # which cover more. Of 10 hard pairs, a candidate that is right where it covers is kept for 10,
     # and for 4 with 16 candidates at the end and `same` 0.05; it is not always chosen.
     stages=(
-        PartStage(100, 200, (8, 10, 12), 200, same=SAME_OVERLAP),
-        PartStage(200, 400, (14, 17, 20), 100, same=SAME_OVERLAP),
-        PartStage(300, 600, (26, 33, 41, 50), 50, same=SAME_OVERLAP),
+        Stage(100, 200, (8, 10, 12), 200, WEIGHTS, same=SAME_OVERLAP),
+        Stage(200, 400, (14, 17, 20), 100, WEIGHTS, same=SAME_OVERLAP),
+        Stage(300, 600, (26, 33, 41, 50), 50, WEIGHTS, same=SAME_OVERLAP),
         replace(FINEST, kept=24, same=SAME_OVERLAP),
     ),
     rounds=ROUNDS,

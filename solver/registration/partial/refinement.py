@@ -7,9 +7,9 @@ import numpy as np
 
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
+from solver.registration.choice import Candidate
 from solver.registration.opening import torn_off
 from solver.registration.partial.alignment import WEIGHTS, find_pairs, fit_to_part
-from solver.registration.partial.choice import PartCandidate, PartTask
 from solver.registration.partial.cover import (
     covered_by_overlap,
     covered_by_part,
@@ -18,6 +18,7 @@ from solver.registration.partial.cover import (
 )
 from solver.registration.partial.fit import RefinedPartFit, mean_share
 from solver.registration.partial.partiality import FINEST
+from solver.registration.partial.task import PartTask
 from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
 from solver.registration.rigidity import RigidDisplacement
@@ -45,7 +46,7 @@ class RefinedPart:
     """
 
     task: PartTask
-    candidate: PartCandidate
+    candidate: Candidate
     displaced: SurfaceMap
     images: IntArray
     back: Images
@@ -55,7 +56,7 @@ class RefinedPart:
     def of(
         cls,
         task: PartTask,
-        candidate: PartCandidate,
+        candidate: Candidate,
         control: Control,
         rounds: int = ROUNDS,
     ) -> "RefinedPart":
@@ -241,7 +242,7 @@ class RefinedPart:
             The Laplacian of the whole cannot be factored.
         """
         task, known = replace(self.task, shapes=shapes), self.candidate
-        samples, points = self.task.samples(FINEST)
+        samples, points = self.task.sampled(FINEST)
         pairs = find_pairs(samples, points, known.alignment, known.scale, WEIGHTS)
         here = task.whole.at(whole.vertices[samples.vertices])
         there = task.at(part.vertices[points.vertices])
@@ -250,6 +251,6 @@ class RefinedPart:
         return RefinedPart.of(task, candidate, control)
 
 
-def _at_rest(task: PartTask, candidate: PartCandidate) -> RigidDisplacement:
+def _at_rest(task: PartTask, candidate: Candidate) -> RigidDisplacement:
     """The whole at rest, at the scale of the part."""
     return task.whole.at_rest.resting_at(candidate.scale * task.whole.mesh.vertices)

@@ -9,12 +9,12 @@ from solver.control import Control
 from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points
 from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
-from solver.registration.partial.choice import PartTask
 from solver.registration.partial.comparison import MeasuredPart, refine_candidates
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.fit import RefinedPartFit
 from solver.registration.partial.partiality import OF_OVERLAP, OF_PART, SAME_OVERLAP, Partiality
 from solver.registration.partial.search import search_part
+from solver.registration.partial.task import PartTask
 from solver.registration.reduction import reduced_landmarks, reduction
 from solver.registration.search import STAGE
 from solver.registration.surface import smooth_surface

@@ -1,23 +1,20 @@
 """Search for the registration of a whole to a part that fits best, over scales and labellings."""
 
-from itertools import chain
-
 import numpy as np
 
 from solver.control import Control
 from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.choice import Candidate, choose
 from solver.registration.partial.candidates import (
     alignment_by_distances,
     first_alignment,
     labelled_points,
 )
-from solver.registration.partial.choice import PartCandidate, PartTask, choose_parts
+from solver.registration.partial.task import PartTask
 from solver.registration.search import STAGE
 
 
-def search_part(
-    task: PartTask, control: Control, wholly: Points = NO_LANDMARKS
-) -> list[PartCandidate]:
+def search_part(task: PartTask, control: Control, wholly: Points = NO_LANDMARKS) -> list[Candidate]:
     """Register the whole to the part from each labelling, in stages that keep the best.
 
     Parameters
@@ -50,10 +47,11 @@ def search_part(
     starts = [(first_alignment(task.whole, task.part, *one), one[1]) for one in labellings]
     control.report(STAGE, 0.2)
     if kind.by_distances:
-        samples = task.samples(kind.stages[0])
+        samples = task.sampled(kind.stages[0])
         starts += [(alignment_by_distances(shapes, samples, *one), one[1]) for one in labellings]
-    populations = [starts]
+    found = choose(task, lambda samples: starts, kind.stages, control)
     if len(wholly[0]):
         size = 1.0 if scale is None else scale
-        populations.append([(first_alignment(task.whole, task.part, wholly, size), size)])
-    return list(chain.from_iterable(choose_parts(task, populations, kind.stages, control)))
+        begun = [(first_alignment(task.whole, task.part, wholly, size), size)]
+        found += choose(task, lambda samples: begun, kind.stages, control)
+    return found

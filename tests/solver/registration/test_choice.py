@@ -108,7 +108,7 @@ def candidate(images: list[int], score: float = 0.0) -> Candidate:
     fit = Fit(measure, 1.0, 1.0, 1.0, (1.0,), 1.0)
     everywhere = np.arange(len(images))
     local = LocalFit(np.ones((5, len(images))), Pairs.of_all(everywhere, everywhere))
-    return Candidate(np.array(images), NOTHING, fit, local)
+    return Candidate(NOTHING, fit, np.array(images), local)
 
 
 def test_similar_candidates_are_left_out() -> None:

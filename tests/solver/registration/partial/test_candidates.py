@@ -10,9 +10,10 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.mesh import triangle_mesh
 from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.choice import Stage
 from solver.registration.partial.candidates import alignment_by_distances, labelled_points
-from solver.registration.partial.choice import PartTask
-from solver.registration.partial.partiality import OF_PART, Labellings, PartStage
+from solver.registration.partial.partiality import OF_PART, Labellings
+from solver.registration.partial.task import PartTask
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver.shapes import blob
@@ -78,7 +79,7 @@ def test_points_as_far_from_the_labelled_ones_correspond() -> None:
     whole, part = Shape(mesh), Shape(copy)
     known = whole.sampling("geodesic", 4).indices
     surfaces = smooth_surface(whole), smooth_surface(part)
-    samples = PartTask((whole, part), OF_PART).samples(PartStage(200, 400, (), 1))
+    samples = PartTask((whole, part), OF_PART).sampled(Stage(200, 400, (), 1))
     found = alignment_by_distances((whole, part), samples, (known, known), 1.0)
     smooth = surfaces[1].samples.coefficients[: found.size]
     there, _ = surfaces[1].samples.first(200).surface(smooth)

@@ -1,6 +1,7 @@
 """Candidates of a part that begin off the truth are registered again, and come closer."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,11 +11,12 @@ from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.mesh import triangle_mesh
 from solver.registration.alignment import Pairs
+from solver.registration.choice import Candidate
 from solver.registration.partial.alignment import fit_to_part
-from solver.registration.partial.choice import PartCandidate, PartTask, register_part_candidate
 from solver.registration.partial.comparison import refine_candidates
 from solver.registration.partial.partiality import FINEST, OF_PART
 from solver.registration.partial.refinement import RefinedPart
+from solver.registration.partial.task import PartTask
 from solver.shape import Shape
 from synthetic import human
 
@@ -45,16 +47,16 @@ def task_of(whole: Shape, half: Shape) -> PartTask:
     return PartTask((whole, half), OF_PART, float((whole.mesh.area / half.mesh.area) ** 0.5))
 
 
-def begun(whole: Shape, half: Shape, kept: IntArray, off: FloatArray) -> PartCandidate:
+def begun(whole: Shape, half: Shape, kept: IntArray, off: FloatArray) -> Candidate:
     """The candidate whose partners lie where each vertex of the half is, and (3,) from there."""
     task = task_of(whole, half)
-    ours, theirs = samples = task.samples(FINEST)
+    ours, theirs = samples = task.sampled(FINEST)
     positions = task.whole.mesh.vertices
     back = nearest_points(positions[kept[theirs.vertices]] + off, positions[ours.vertices])
     assert task.scale is not None
     pairs = Pairs.of_part(back, len(ours))
     start = fit_to_part(*samples, pairs, task.scale, SIZE), task.scale
-    return register_part_candidate(task, samples, start, ())
+    return task.register(samples, start, replace(FINEST, sizes=()))
 
 
 def error(found: RefinedPart, kept: IntArray) -> float:
@@ -64,7 +66,7 @@ def error(found: RefinedPart, kept: IntArray) -> float:
 
 
 def refined(
-    whole: Shape, half: Shape, control: Control, *candidates: PartCandidate
+    whole: Shape, half: Shape, control: Control, *candidates: Candidate
 ) -> list[RefinedPart]:
     found = refine_candidates(task_of(whole, half), candidates, control)
     return [one.part for one in found]

@@ -9,11 +9,11 @@ import pytest
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import triangle_mesh
-from solver.registration.partial.choice import PartTask
 from solver.registration.partial.comparison import refine_candidates
 from solver.registration.partial.partiality import OF_PART
 from solver.registration.partial.refinement import RefinedPart
 from solver.registration.partial.search import search_part
+from solver.registration.partial.task import PartTask
 from solver.shape import Shape
 from synthetic import human
 
