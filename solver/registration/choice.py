@@ -13,7 +13,7 @@ from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.registration.alignment import GLOBAL, LOCAL, Alignment, Pairs, Weights, align
 from solver.registration.candidates import NO_LANDMARKS, Points, first_pairs
-from solver.registration.fit import UNMEASURED, LocalFit, Measures, measure_fit
+from solver.registration.fit import UNMEASURED, Fit, LocalFit, measure_fit
 from solver.registration.surface import MIRROR, Samples, SmoothSurface, smooth_surface
 from solver.shape import Shape
 
@@ -89,7 +89,7 @@ class Candidate:
     """
 
     alignment: Alignment
-    fit: Measures
+    fit: Fit
     images: IntArray
     local: LocalFit = UNMEASURED
     missed: float = 0.0

@@ -8,8 +8,8 @@ from solver.arrays import FloatArray
 from solver.control import Control
 from solver.registration.choice import Candidate, distinct, meeting
 from solver.registration.confidence import margin_of
+from solver.registration.fit import Fit
 from solver.registration.reduction import ReducedTask
-from solver.registration.refined_fit import RefinedFit
 from solver.registration.refinement import refine_on_few
 
 _OVERTAKING = 0.5
@@ -40,7 +40,7 @@ class Compared:
     """
 
     candidate: Candidate
-    fit: RefinedFit
+    fit: Fit
     image_positions: FloatArray
 
 

@@ -6,24 +6,46 @@ from types import MappingProxyType
 
 import numpy as np
 
-from solver.registration.fit import Measures
-from solver.registration.refined_fit import RefinedFit
+from solver.registration.fit import Fit
 
-_WEIGHTS: Mapping[str, float] = MappingProxyType(
-    {"turned": -8.85, "bent_1": -4.06, "distorted": -2.05, "margin": 2.66}
+
+@dataclass(frozen=True)
+class Regression:
+    """Logistic regression of the probability that an answer is right.
+
+    Parameters
+    ----------
+    weights
+        Of measures, by name.
+    intercept
+        Of the logit.
+    """
+
+    weights: Mapping[str, float]
+    intercept: float
+
+    def probability(self, measures: Mapping[str, float]) -> float:
+        """Return the probability by measures, which may be more than are asked."""
+        weighted = (weight * measures[name] for name, weight in self.weights.items())
+        return float(1.0 / (1.0 + np.exp(-(self.intercept + sum(weighted)))))
+
+
+_OF_FIT = Regression(
+    MappingProxyType({"turned": -8.85, "bent_1": -4.06, "distorted": -2.05, "margin": 2.66}), -18.7
 )
-_INTERCEPT = -18.7
 """Logistic regression on 120 generated pairs, of which 90 are right: ``python -m
 bench.confidence_fit``. All measures together do no better on pairs held out."""
 
-_REFINED_WEIGHTS: Mapping[str, float] = MappingProxyType({"refined_score": -4.26})
-_REFINED_INTERCEPT = -30.0
+_OF_REFINED = Regression(MappingProxyType({"refined_score": -4.26}), -30.0)
 """The same of a refined fit, and of a choice between two: the product of both probabilities, fitted
 by a script to the generated answers of ``--seed 5 --pairs 60`` and ``--seed 7 --pairs 90`` that
 were refined, 168 of two versions of the search; 129 are right."""
 
-_CHOICE: Mapping[str, float] = MappingProxyType({"refined_margin": 34.0, "rivals_margin": 17.0})
-_CHOICE_INTERCEPT = -2.2
+_EQUAL = Regression(MappingProxyType({}), -2.2)
+_OF_CHOICE = {
+    name: replace(_EQUAL, weights=MappingProxyType({name: weight}))
+    for name, weight in (("refined_margin", 34.0), ("rivals_margin", 17.0))
+}
 """Where two fit equally, most answers are wrong: the right one, where it was found, is clearly the
 best. On few vertices a difference of 0.15 tells. On all, where scores differ about twice as much,
 half the weight is on the side of doubt: a fit to 23 such answers, of which six are right, gives
@@ -127,8 +149,8 @@ class Confidence:
         if min(scores[1:], default=exact) >= exact:
             return self
         reasons = tuple(dict.fromkeys((RIVAL, *self.reasons)))
-        equal = probability_of({}, {}, _CHOICE_INTERCEPT)
-        return replace(self, probability=min(self.probability, equal), reasons=reasons)
+        probability = min(self.probability, _EQUAL.probability({}))
+        return replace(self, probability=probability, reasons=reasons)
 
     def at_least(self, probability: float) -> "Confidence":
         """Return the confidence in an answer that is right with a probability by other evidence.
@@ -174,7 +196,7 @@ def measured_margin(margin: float) -> float:
     return min(max(margin, 0.0), 1.0)
 
 
-def confidence_of(fit: Measures, margin: float, complete: bool = True) -> Confidence:
+def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
     """Confidence in a registration.
 
     Parameters
@@ -186,15 +208,32 @@ def confidence_of(fit: Measures, margin: float, complete: bool = True) -> Confid
     complete
         Whether all candidates were tried.
     """
-    measures = {**fit.measures, "score": fit.score, "margin": measured_margin(margin)}
-    probability = probability_of(measures, _WEIGHTS, _INTERCEPT)
-    reasons = reasons_for_doubt(probability, margin, complete)
+    return confidence_by({**fit.measures, "score": fit.score}, _OF_FIT, margin, complete)
+
+
+def confidence_by(
+    measures: Mapping[str, float], regression: Regression, margin: float, complete: bool = True
+) -> Confidence:
+    """Confidence in a registration by a regression on its measures and its margin.
+
+    Parameters
+    ----------
+    measures
+        All but the margin, by name.
+    regression
+        Of the probability.
+    margin, complete
+        As for :func:`confidence_of`.
+    """
+    measures = {**measures, "margin": measured_margin(margin)}
+    probability = regression.probability(measures)
+    reasons = _reasons_for_doubt(probability, margin, complete)
     return Confidence(probability, reasons, MappingProxyType(measures))
 
 
 def refined_confidence(
     known: Confidence,
-    fit: RefinedFit,
+    fit: Fit,
     margin: float,
     *,
     among_rivals: bool = False,
@@ -222,8 +261,8 @@ def refined_confidence(
         "refined_score": fit.score,
         choice: measured_margin(margin),
     }
-    fitting = probability_of(measures, _REFINED_WEIGHTS, _REFINED_INTERCEPT)
-    choosing = probability_of(measures, {choice: _CHOICE[choice]}, _CHOICE_INTERCEPT)
+    fitting = _OF_REFINED.probability(measures)
+    choosing = _OF_CHOICE[choice].probability(measures)
     probability = fitting * choosing
     doubtful = probability < SURE
     reasons = (
@@ -234,15 +273,7 @@ def refined_confidence(
     return Confidence(probability, reasons, MappingProxyType(measures))
 
 
-def probability_of(
-    measures: Mapping[str, float], weights: Mapping[str, float], intercept: float
-) -> float:
-    """Return the probability that a logistic regression gives."""
-    logit = intercept + sum(weight * measures[name] for name, weight in weights.items())
-    return float(1.0 / (1.0 + np.exp(-logit)))
-
-
-def reasons_for_doubt(probability: float, margin: float, complete: bool) -> tuple[str, ...]:
+def _reasons_for_doubt(probability: float, margin: float, complete: bool) -> tuple[str, ...]:
     """Return reasons in words; none when sure, unless the search has ended before its time.
 
     Parameters

@@ -6,8 +6,9 @@ errors Gaussian with unknown variances, the likelihood of a map would be the pro
 mean squares: the score is the sum of the logarithms.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,72 +20,55 @@ from solver.registration.surface import Samples, commute_times
 _MOST_STRAIN = 2.0
 """Logarithm of a distortion beyond which it counts no more: the triangle is folded."""
 
+_DISTORTED = "distorted"
+
 LEAST = 1e-6
 """Least measure whose logarithm is taken: those of equal surfaces are rounding errors."""
 
 
-@dataclass(frozen=True)
-class Measures:
-    """Measures of a fit: fields that are positive, or 0 where surfaces are equal."""
-
-    @property
-    def measures(self) -> dict[str, float]:
-        """Logarithms of the measures, by name; those of several diffusion times are numbered.
-
-        What is ``None`` was not measured, and the share that is met is no measure.
-        """
-        known: dict[str, float] = {}
-        for name, one in vars(self).items():
-            if isinstance(one, tuple):
-                known |= {f"{name}_{number}": value for number, value in enumerate(one)}
-            elif one is not None and name != "share":
-                known[name] = one
-        return {name: float(np.log(max(one, LEAST))) for name, one in known.items()}
-
-    @property
-    def score(self) -> float:
-        """Sum of the logarithms of the measures; the less, the better."""
-        return sum(self.measures.values())
-
-
-@dataclass(frozen=True)
-class Fit(Measures):
-    """Measures of a registered source and its target, each 0 for equal surfaces.
-
-    All are of first order in what differs.
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Measures of how well a displaced source fits its target.
 
     Parameters
     ----------
-    apart
-        Mean distance in the embedding, of both directions.
-    turned
-        Root mean square distance of unit normals, of both directions.
-    sheared
-        Root of twice the mean logarithm of the conformal distortion of the displacement.
-    stretched
-        Mean logarithm of its change of area, up or down.
-    bent
-        For each diffusion time, mean change of the mean curvature, of both directions, relative to
-        its mean deviation from the median: with strain, this is what the elastic energy of a thin
-        shell is made of (Koiter, "On the nonlinear theory of thin elastic shells", 1966).
-    distorted
-        Mean change of commute-time distances between samples, relative to the mean distance. It
-        is not local as the others are, and says how probable an answer is, not which one is better:
-        animals of different species, and limbs that touch, change distances more than wrong maps.
-        ``None`` where it is not measured.
+    values
+        Measures by name, each 0 where surfaces are equal, and of first order in what differs.
+    only_told
+        Those that say how probable an answer is, not which one is better.
+    share
+        Share of both areas that has a partner, if the surfaces only overlap; else 1.
+    occlusion
+        Score of what has no partner.
     """
 
-    apart: float
-    turned: float
-    sheared: float
-    stretched: float
-    bent: tuple[float, ...]
-    distorted: float | None = None
+    values: Mapping[str, float]
+    only_told: frozenset[str] = frozenset()
+    share: float = 1.0
+    occlusion: float = 0.0
 
-    @property
+    @cached_property
+    def measures(self) -> dict[str, float]:
+        """Logarithms of the measures, by name."""
+        return {name: float(np.log(max(one, LEAST))) for name, one in self.values.items()}
+
+    @cached_property
     def score(self) -> float:
-        """Sum of the logarithms of the local measures; the less, the better."""
-        return sum(value for name, value in self.measures.items() if name != "distorted")
+        """Mean score over the area; the less, the better.
+
+        Where something is met, it is the sum of the logarithms of the measures.
+        """
+        met = sum(one for name, one in self.measures.items() if name not in self.only_told)
+        return self.share * met + (1.0 - self.share) * self.occlusion
+
+    def also(self, values: Mapping[str, float]) -> "Fit":
+        """Return the fit with further measures."""
+        return replace(self, values={**self.values, **values})
+
+
+def numbered(name: str, values: Iterable[float]) -> dict[str, float]:
+    """Return a measure of several diffusion times, by its name and their numbers."""
+    return {f"{name}_{number}": one for number, one in enumerate(values)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +129,24 @@ def measure_fit(
 
     Returns
     -------
-    The fit, and what its local measures are made of.
+    The fit, and what its local measures are made of. The measures are
+
+    ``apart``
+        mean distance in the embedding, of both directions;
+    ``turned``
+        root mean square distance of unit normals, of both directions;
+    ``sheared``
+        root of twice the mean logarithm of the conformal distortion of the displacement;
+    ``stretched``
+        mean logarithm of its change of area, up or down;
+    ``bent``, for each diffusion time
+        mean change of the mean curvature, of both directions, relative to its mean deviation from
+        the median: with strain, this is what the elastic energy of a thin shell is made of (Koiter,
+        "On the nonlinear theory of thin elastic shells", 1966);
+    ``distorted``
+        mean change of commute-time distances between samples, relative to the mean distance. It is
+        not local as the others are, and says how probable an answer is, not which one is better:
+        animals of different species, and limbs that touch, change distances more than wrong maps.
     """
     displaced = source.surface(alignment.coefficients)
     ours = alignment.embed_source(source, displaced, GLOBAL)
@@ -163,15 +164,16 @@ def measure_fit(
         ]
     )
     apart, turned, shear, stretch, *bent = np.maximum(densities.mean(axis=1), 0.0).tolist()
-    fit = Fit(
-        apart,
-        float(np.sqrt(2.0 * turned)),
-        float(np.sqrt(2.0 * shear)),
-        stretch,
-        tuple(bent),
-        _distortion(source, target, pairs.images) if distances else None,
-    )
-    return fit, LocalFit(densities, pairs)
+    values = {
+        "apart": apart,
+        "turned": float(np.sqrt(2.0 * turned)),
+        "sheared": float(np.sqrt(2.0 * shear)),
+        "stretched": stretch,
+        **numbered("bent", bent),
+    }
+    if distances:
+        values[_DISTORTED] = _distortion(source, target, pairs.images)
+    return Fit(values, frozenset({_DISTORTED})), LocalFit(densities, pairs)
 
 
 def _both_ways(
@@ -230,7 +232,7 @@ def _changes_of_curvature(source: Samples, target: Samples, pairs: Pairs) -> lis
 
 
 def _distortion(source: Samples, target: Samples, images: IntArray) -> float:
-    """Change of commute-time distances, as in :class:`Fit`."""
+    """Change of commute-time distances, as in :func:`measure_fit`."""
     here = source.commute_times
     there = commute_times(target, images[: len(here)])
     return float(np.abs(here - there).mean())

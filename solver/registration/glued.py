@@ -22,6 +22,7 @@ from solver.registration.candidates import Points
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
 from solver.registration.confidence import Confidence, margin_of, refined_confidence
 from solver.registration.congruence import congruent_vertices
+from solver.registration.fit import Fit
 from solver.registration.opening import (
     CREASES,
     Crease,
@@ -37,7 +38,6 @@ from solver.registration.reduction import (
     reduction,
     whole_maps,
 )
-from solver.registration.refined_fit import RefinedFit
 from solver.registration.refinement import (
     FEWER_ROUNDS,
     LEAST_TORN_OFF,
@@ -195,7 +195,7 @@ class OpenedCandidate:
         return self._map.images(start=theirs.vertices[refined.images[ours.index_of_vertex]])
 
 
-_Refined = tuple[OpenedCandidate, RefinedFit]
+_Refined = tuple[OpenedCandidate, Fit]
 """A candidate, and its fit once it is refined on few vertices."""
 
 

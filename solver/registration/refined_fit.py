@@ -1,44 +1,22 @@
 """Fit of a source that is displaced to a target as rigidly as possible."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.registration.fit import Measures
+from solver.registration.fit import Fit
 from solver.registration.surface_map import Images, SurfaceMap, points_in_triangles
 
 
-@dataclass(frozen=True)
-class RefinedFit(Measures):
-    """Measures of a source displaced to a target as rigidly as possible, each 0 for an exact copy.
-
-    Means over both surfaces are geometric means of those over either.
-
-    Parameters
-    ----------
-    apart
-        Mean distance of the vertices of either surface from the other, over √area.
-    turned
-        Root mean square distance of unit normals.
-    strained
-        Mean strain of the edges of the source.
-    """
-
-    apart: float
-    turned: float
-    strained: float
-
-
-def distances(
+def measure_refined(
     known: SurfaceMap,
     forward: Images,
     back: Images,
     here: IntArray | None = None,
     there: IntArray | None = None,
-) -> tuple[float, float]:
-    """How far apart the displaced source and the target are, and how their normals are turned.
+) -> Fit:
+    """Measure the fit of a source that is displaced to a target as rigidly as possible.
 
     Parameters
     ----------
@@ -48,6 +26,22 @@ def distances(
         Images of vertices of X on Y, and of vertices of Y on X.
     here, there
         These vertices, by default all.
+
+    Returns
+    -------
+    The fit. Means over both surfaces are geometric means of those over either. The measures are
+
+    ``apart``
+        mean distance of the vertices of either surface from the other, over √area;
+    ``turned``
+        root mean square distance of unit normals;
+    ``strained``
+        mean strain of the edges of the source.
+
+    Raises
+    ------
+    MeshError
+        The source's Laplacian cannot be factored.
     """
     source, target = known.source, known.target
     here, there = (
@@ -64,9 +58,12 @@ def distances(
         known.normals[back[0]] - target.normals[there],
     )
     areas = source.spectrum.mass[here], target.spectrum.mass[there]
-    return (
-        _of_both([np.linalg.norm(one, axis=1) for one in apart], areas),
-        float(np.sqrt(_of_both([(one**2).sum(axis=1) for one in turned], areas))),
+    return Fit(
+        {
+            "apart": _of_both([np.linalg.norm(one, axis=1) for one in apart], areas),
+            "turned": float(np.sqrt(_of_both([(one**2).sum(axis=1) for one in turned], areas))),
+            "strained": known.strain,
+        }
     )
 
 

@@ -12,9 +12,10 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.registration.alignment import align
 from solver.registration.choice import FINE, Candidate, Stage, Task
+from solver.registration.fit import Fit
 from solver.registration.opening import torn_off
 from solver.registration.reduction import ReducedTask
-from solver.registration.refined_fit import RefinedFit, distances
+from solver.registration.refined_fit import measure_refined
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
 from solver.registration.surface_map import ROUNDS, Images, SurfaceMap
@@ -59,10 +60,9 @@ class RefinedCandidate:
         return self.displaced.inverse()
 
     @cached_property
-    def fit(self) -> RefinedFit:
+    def fit(self) -> Fit:
         """Its fit."""
-        apart, turned = distances(self.displaced, self.forward, self.back)
-        return RefinedFit(apart, turned, self.displaced.strain)
+        return measure_refined(self.displaced, self.forward, self.back)
 
 
 def refine_candidate(task: Task, candidate: Candidate, control: Control) -> RefinedCandidate:
@@ -120,8 +120,7 @@ def _score(known: SurfaceMap) -> float:
     here, there = known.source.samples.vertices, known.target.samples.vertices
     images = known.images(here)
     forward = images, *known.on_triangles(images, here)
-    apart, turned = distances(known, forward, known.inverse(there), here, there)
-    return RefinedFit(apart, turned, known.strain).score
+    return measure_refined(known, forward, known.inverse(there), here, there).score
 
 
 def _aligned(

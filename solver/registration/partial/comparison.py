@@ -14,8 +14,9 @@ from solver.control import Control
 from solver.functional_maps import nearest_points
 from solver.registration.alignment import Pairs
 from solver.registration.choice import Candidate, distinct
+from solver.registration.fit import Fit
 from solver.registration.partial.alignment import PartSamples, fit_to_part
-from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
+from solver.registration.partial.fit import changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.partiality import FINEST
 from solver.registration.partial.refinement import RefinedPart
@@ -42,7 +43,7 @@ class MeasuredPart:
     """
 
     part: RefinedPart
-    fit: RefinedPartFit
+    fit: Fit
 
 
 def refine_candidates(
@@ -146,6 +147,7 @@ class _Comparison:
         task, near, back = self.task, self.near, one.back[0]
         vertices = task.part.samples.vertices[: FINEST.target_samples]
         vertices = vertices[one.part_covered[vertices]]
-        bent = changes_of_curvature(task.whole, task.part, vertices, back[vertices], one.scale)
-        distorted = None if near is None else near.change(task.shapes[0], back, one.scale)
-        return MeasuredPart(one, replace(one.fit, bent=bent, distorted=distorted))
+        values = changes_of_curvature(task.whole, task.part, vertices, back[vertices], one.scale)
+        if near is not None:
+            values["distorted"] = near.change(task.shapes[0], back, one.scale)
+        return MeasuredPart(one, one.fit.also(values))

@@ -1,18 +1,18 @@
 """Confidence in the registration of a part."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 from solver.registration.confidence import (
     LITTLE,
     SURE,
     Confidence,
+    Regression,
+    confidence_by,
     margin_of,
-    measured_margin,
-    probability_of,
-    reasons_for_doubt,
 )
-from solver.registration.partial.fit import RefinedPartFit
+from solver.registration.fit import Fit
 from solver.registration.partial.partiality import Partiality
 
 _EXACT = -20.0
@@ -24,9 +24,12 @@ _COVERED = 0.25
 """Share of both areas below which the probability falls with it: all that it was fitted to cover
 more, and any small patch fits somewhere."""
 
+_NOTHING = Regression(MappingProxyType({}), float("-inf"))
+"""Where nothing overlaps, there is no answer that could be right."""
+
 
 def part_confidence(
-    fits: Sequence[RefinedPartFit],
+    fits: Sequence[Fit],
     covered: float,
     partiality: Partiality,
     complete: bool = True,
@@ -44,19 +47,14 @@ def part_confidence(
     complete
         Whether all candidates were tried.
     """
-    best, margin = fits[0], margin_of([one.score for one in fits])
-    measures = {
-        **best.measures,
-        "share": best.share,
-        "score": best.score,
-        "margin": measured_margin(margin),
-    }
-    # Where nothing overlaps, there is no answer that could be right.
-    regression = partiality.weights, partiality.intercept
-    probability = probability_of(measures, *regression) if best.share else 0.0
-    reasons = reasons_for_doubt(probability, margin, complete)
-    probability *= min(covered / _COVERED, 1.0)
+    best, scores = fits[0], [one.score for one in fits]
+    found = confidence_by(
+        {**best.measures, "share": best.share, "score": best.score},
+        partiality.regression if best.share else _NOTHING,
+        margin_of(scores),
+        complete,
+    )
+    probability, reasons = found.probability * min(covered / _COVERED, 1.0), found.reasons
     if covered < _COVERED and probability < SURE:
         reasons = (LITTLE, *reasons)
-    found = Confidence(probability, reasons, MappingProxyType(measures))
-    return found.among([one.score for one in fits], _EXACT)
+    return replace(found, probability=probability, reasons=reasons).among(scores, _EXACT)

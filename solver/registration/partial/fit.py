@@ -4,13 +4,13 @@ Where surfaces only overlap, the fit of a small patch is always good: what has n
 with the score of an occlusion. Of a part, every point has a partner, and nothing is charged.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.registration.alignment import Alignment
-from solver.registration.fit import Measures, strain
+from solver.registration.fit import Fit, numbered, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
     WEIGHTS,
@@ -19,6 +19,7 @@ from solver.registration.partial.alignment import (
     find_pairs,
 )
 from solver.registration.surface import Samples, SmoothSurface
+from solver.registration.surface_map import Images, SurfaceMap, points_in_triangles
 
 _FIT_DISTANCE = 0.05
 """Distance over √area of the whole within which a point's partner's partner is near it, where the
@@ -36,41 +37,7 @@ do as wholes: most surfaces lack little, so that more is charged. Of 11 pairs wh
 is right and the other far off, all are told apart by -7.6 to -5.5, and seven by -10."""
 
 
-@dataclass(frozen=True)
-class PartFit(Measures):
-    """Measures of a displaced whole and a part, each 0 where the part was cut out of the whole.
-
-    Parameters
-    ----------
-    apart
-        Mean distance of the part from the whole in the embedding, over √area of the part.
-    turned
-        Root mean square distance of unit normals.
-    sheared, stretched
-        As of :class:`.Fit`, where the whole is covered.
-    bent
-        For each diffusion time, mean change of the average curvature, which cuts change little,
-        over its mean deviation from the median on the whole.
-    share
-        Share of both areas that has a partner, if the surfaces only overlap; 1 of a part.
-    """
-
-    apart: float
-    turned: float
-    sheared: float
-    stretched: float
-    bent: tuple[float, ...]
-    share: float = 1.0
-
-    @property
-    def score(self) -> float:
-        """Sum of the logarithms of the measures, where something is met; the less, the better."""
-        return _with_occlusion(super().score, self.share, _OCCLUSION)
-
-
-def measure_part_fit(
-    whole: Samples, part: PartSamples, alignment: Alignment, scale: float
-) -> PartFit:
+def measure_part_fit(whole: Samples, part: PartSamples, alignment: Alignment, scale: float) -> Fit:
     """Measure the fit of a displaced whole to a part.
 
     Parameters
@@ -81,24 +48,40 @@ def measure_part_fit(
         Of them.
     scale
         √area of the whole in the part's unit.
+
+    Returns
+    -------
+    The fit, whose measures are 0 where the part was cut out of the whole:
+
+    ``apart``
+        mean distance of the part from the whole in the embedding, over √area of the part;
+    ``turned``
+        root mean square distance of unit normals;
+    ``sheared``, ``stretched``
+        as of :func:`.measure_fit`, where the whole is covered;
+    ``bent``, for each diffusion time
+        mean change of the average curvature, which cuts change little, over its mean deviation from
+        the median on the whole.
     """
     pairs = find_pairs(whole, part, alignment, scale, IN_SPACE, _FIT_DISTANCE)
     back = pairs.back[pairs.met]
     if not len(back):
-        return PartFit(1.0, 1.0, 1.0, 1.0, (), 0.0)
+        nothing = dict.fromkeys(("apart", "turned", "sheared", "stretched"), 1.0)
+        return Fit(nothing, share=0.0, occlusion=_OCCLUSION)
     apart, turned = _apart_and_turned(whole, part, alignment, scale, pairs.back)
     bent = _bent(whole, part, scale, pairs.back)
     met = np.bincount(back, minlength=len(whole)) + pairs.covered
     sheared, stretched = strain(whole, alignment, scale)
     shares = float(pairs.covered.mean()), float(pairs.met.mean())
-    return PartFit(
-        float(apart[pairs.met].mean()),
-        float(np.sqrt(2.0 * max(turned[pairs.met].mean(), 0.0))),
-        float(np.sqrt(2.0 * (met * sheared).sum() / met.sum())),
-        float((met * np.abs(stretched)).sum() / met.sum()),
-        tuple(bent[pairs.met].mean(axis=0).tolist()),
-        1.0 if part.entire else mean_share(*shares, scale),
-    )
+    values = {
+        "apart": float(apart[pairs.met].mean()),
+        "turned": float(np.sqrt(2.0 * max(turned[pairs.met].mean(), 0.0))),
+        "sheared": float(np.sqrt(2.0 * (met * sheared).sum() / met.sum())),
+        "stretched": float((met * np.abs(stretched)).sum() / met.sum()),
+        **numbered("bent", bent[pairs.met].mean(axis=0).tolist()),
+    }
+    share = 1.0 if part.entire else mean_share(*shares, scale)
+    return Fit(values, share=share, occlusion=_OCCLUSION)
 
 
 def _apart_and_turned(
@@ -115,11 +98,6 @@ def _bent(whole: Samples, part: PartSamples, scale: float, back: IntArray) -> Fl
     """(M, m) changes of standardised curvatures from the part's samples to theirs."""
     there, here = part.curvatures(whole, scale)
     return np.abs(there[back] - here)
-
-
-def _with_occlusion(score: float, share: float, occlusion: float) -> float:
-    """Mean score over the area: what has no partner has the score of the occlusion."""
-    return share * score + (1.0 - share) * occlusion
 
 
 def mean_share(whole: float, part: float, scale: float) -> float:
@@ -144,50 +122,56 @@ def scale_of(whole: Samples, part: PartSamples, alignment: Alignment, scale: flo
     return scale * float(np.exp(0.5 * np.median(stretched[every])))
 
 
-@dataclass(frozen=True)
-class RefinedPartFit(Measures):
-    """Measures of a whole that was displaced as rigidly as possible, each 0 for a part cut out.
+def measure_refined_part(
+    displaced: SurfaceMap, back: Images, met: BoolArray, strained: float, share: float
+) -> Fit:
+    """Measure the fit of a whole that was displaced as rigidly as possible.
 
-    They tell candidates apart that eigenfunctions fit equally well.
+    It tells candidates apart that eigenfunctions fit equally well.
 
     Parameters
     ----------
-    apart
-        Mean distance of the part from the displaced whole, over √area of the part.
-    turned
-        Root mean square distance of unit normals.
+    displaced
+        The displaced whole.
+    back
+        Images of all W vertices of the part.
+    met
+        (W,) those that have a partner.
     strained
         Mean strain of the edges of the whole.
-    bent
-        As of :class:`PartFit`; empty where it is not measured.
-    distorted
-        Mean change of distances between near points of the part, as of :class:`.NearDistances`;
-        ``None`` where it is not measured, as where the surfaces only overlap.
     share
-        As of :class:`PartFit`.
+        As of :class:`.Fit`.
+
+    Returns
+    -------
+    The fit, whose measures are 0 for a part cut out of the whole:
+
+    ``apart``
+        mean distance of the part from the displaced whole, over √area of the part;
+    ``turned``
+        root mean square distance of unit normals;
+    ``strained``
+        as given.
     """
+    if not met.any():
+        return Fit(
+            {"apart": 1.0, "turned": 1.0, "strained": 1.0}, share=0.0, occlusion=_REFINED_OCCLUSION
+        )
+    vertices, faces, barycentric = back
+    part = displaced.target
+    there = points_in_triangles(displaced.positions, displaced.source, faces[met], barycentric[met])
+    cosines = (displaced.normals[vertices[met]] * part.normals[met]).sum(axis=1)
+    values = {
+        "apart": float(np.linalg.norm(there - part.mesh.vertices[met], axis=1).mean()),
+        "turned": float(np.sqrt(2.0 * max(1.0 - cosines.mean(), 0.0))),
+        "strained": strained,
+    }
+    return Fit(values, share=share, occlusion=_REFINED_OCCLUSION)
 
-    apart: float
-    turned: float
-    strained: float
-    bent: tuple[float, ...] = ()
-    distorted: float | None = None
-    share: float = 1.0
 
-    @classmethod
-    def of_nothing(cls) -> "RefinedPartFit":
-        """Return the fit of surfaces of which nothing has a partner."""
-        return cls(1.0, 1.0, 1.0, share=0.0)
-
-    @property
-    def score(self) -> float:
-        """Sum of the logarithms of the measures, where something is met; the less, the better."""
-        return _with_occlusion(super().score, self.share, _REFINED_OCCLUSION)
-
-    @property
-    def score_as_wholes(self) -> float:
-        """The same where both are expected to be whole."""
-        return _with_occlusion(super().score, self.share, _WHOLE_OCCLUSION)
+def score_as_wholes(fit: Fit) -> float:
+    """Score of a refined fit where both surfaces are expected to be whole."""
+    return replace(fit, occlusion=_WHOLE_OCCLUSION).score
 
 
 def changes_of_curvature(
@@ -196,7 +180,7 @@ def changes_of_curvature(
     vertices: IntArray,
     images: IntArray,
     scale: float,
-) -> tuple[float, ...]:
+) -> dict[str, float]:
     """Mean changes of standardised curvatures from the part to the whole.
 
     Parameters
@@ -210,9 +194,10 @@ def changes_of_curvature(
 
     Returns
     -------
-    One for each diffusion time; none where there are no vertices.
+    The measure ``bent`` for each diffusion time; none where there are no vertices.
     """
     if not len(vertices):
-        return ()
+        return {}
     here = part.averages.standardised_by(whole.averages, scale, vertices)
-    return tuple(np.abs(whole.averages.standardised[images] - here).mean(axis=0).tolist())
+    changes = np.abs(whole.averages.standardised[images] - here).mean(axis=0)
+    return numbered("bent", changes.tolist())

@@ -4,13 +4,13 @@ One is a part of the other, or both only overlap. The search, the comparison and
 the same for both but for what is described here.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from solver.registration.choice import Stage
+from solver.registration.confidence import Regression
 from solver.registration.partial.alignment import WEIGHTS
 from solver.registration.reduction import MANY_VERTICES
 from solver.registration.refinement import FEWER_ROUNDS
@@ -72,8 +72,8 @@ class Partiality:
         Whether candidates are mended before they are compared at last, or only the answer is.
     in_space
         Whether the answer is refined from a displacement that is smooth in space, too.
-    weights, intercept
-        Logistic regression of the confidence.
+    regression
+        Of the confidence.
     """
 
     entire: bool
@@ -86,8 +86,7 @@ class Partiality:
     last: int
     mended: bool
     in_space: bool
-    weights: Mapping[str, float]
-    intercept: float
+    regression: Regression
 
 
 FINEST = Stage(750, 800, (60, 70, 85), 8, WEIGHTS)
@@ -123,8 +122,7 @@ OF_PART = Partiality(
     # wrong one, as users' parts may be harder: the mean of those of `python -m bench.partial --fit`
     # for `--first 300 --count 96` and `--first 500 --count 100`, whose intercepts are for as many
     # wrong ones as right ones, plus log 5.
-    weights=MappingProxyType({"score": -0.50, "margin": 4.3}),
-    intercept=-8.0,
+    regression=Regression(MappingProxyType({"score": -0.50, "margin": 4.3}), -8.0),
 )
 """One surface is a part of the other: every point of it has a partner."""
 
@@ -160,7 +158,6 @@ OF_OVERLAP = Partiality(
     # and of 18 of `--both --opposite --detected` as matched before; 32 of these 40 generated pairs
     # are right. Wrong answers fit as well as right ones, so that only the margin tells: without
     # any, an answer is doubtful.
-    weights=MappingProxyType({"margin": 5.3}),
-    intercept=-0.86,
+    regression=Regression(MappingProxyType({"margin": 5.3}), -0.86),
 )
 """Both surfaces overlap: neither is a part of the other."""

@@ -8,6 +8,7 @@ import numpy as np
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.registration.choice import Candidate
+from solver.registration.fit import Fit
 from solver.registration.opening import torn_off
 from solver.registration.partial.alignment import WEIGHTS, find_pairs, fit_to_part
 from solver.registration.partial.cover import (
@@ -16,7 +17,7 @@ from solver.registration.partial.cover import (
     covered_by_whole,
     largest_patch,
 )
-from solver.registration.partial.fit import RefinedPartFit, mean_share
+from solver.registration.partial.fit import mean_share, measure_refined_part
 from solver.registration.partial.partiality import FINEST
 from solver.registration.partial.task import PartTask
 from solver.registration.reduction import Reduction
@@ -42,7 +43,7 @@ class RefinedPart:
     images, back
         Of all vertices of the whole, and of all of the part.
     strained
-        As of :class:`.RefinedPartFit`.
+        Mean strain of the edges of the whole.
     """
 
     task: PartTask
@@ -125,21 +126,13 @@ class RefinedPart:
         return self.displaced.target.share_of_area(self.part_covered)
 
     @cached_property
-    def fit(self) -> RefinedPartFit:
+    def fit(self) -> Fit:
         """Its fit in distance, normals and strain."""
-        whole, part = self.displaced.source, self.displaced.target
-        met = self.part_covered
-        if not met.any():
-            return RefinedPartFit.of_nothing()
-        vertices, faces, barycentric = self.back
-        there = points_in_triangles(self.displaced.positions, whole, faces[met], barycentric[met])
-        cosines = (self.displaced.normals[vertices[met]] * part.normals[met]).sum(axis=1)
-        share = mean_share(self.share, self.part_share, self.scale)
-        return RefinedPartFit(
-            float(np.linalg.norm(there - part.mesh.vertices[met], axis=1).mean()),
-            float(np.sqrt(2.0 * max(1.0 - cosines.mean(), 0.0))),
-            self.strained,
-            share=1.0 if self.task.partiality.entire else share,
+        share = 1.0
+        if not self.task.partiality.entire:
+            share = mean_share(self.share, self.part_share, self.scale)
+        return measure_refined_part(
+            self.displaced, self.back, self.part_covered, self.strained, share
         )
 
     def again(self, control: Control) -> "RefinedPart":

@@ -9,9 +9,10 @@ from solver.control import Control
 from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points
 from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
+from solver.registration.fit import Fit
 from solver.registration.partial.comparison import MeasuredPart, refine_candidates
 from solver.registration.partial.confidence import part_confidence
-from solver.registration.partial.fit import RefinedPartFit
+from solver.registration.partial.fit import score_as_wholes
 from solver.registration.partial.partiality import OF_OVERLAP, OF_PART, SAME_OVERLAP, Partiality
 from solver.registration.partial.search import search_part
 from solver.registration.partial.task import PartTask
@@ -61,7 +62,7 @@ class PartMap:
     to_whole: Images
     part_covered: BoolArray
     part_share: float
-    fits: tuple[RefinedPartFit, ...]
+    fits: tuple[Fit, ...]
     confidence: Confidence
 
     @property
@@ -213,6 +214,6 @@ def _as_wholes(refined: list[MeasuredPart], wholly: Points) -> list[MeasuredPart
 
     best, *others = refined
     known = next(filter(agrees, refined), best)
-    if known is best or known.fit.score_as_wholes > best.fit.score_as_wholes:
+    if known is best or score_as_wholes(known.fit) > score_as_wholes(best.fit):
         return refined
     return [known, best, *(one for one in others if one is not known)]

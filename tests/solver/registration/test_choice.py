@@ -105,7 +105,7 @@ def test_the_truth_fits_better_than_a_near_symmetry(
 
 def candidate(images: list[int], score: float = 0.0) -> Candidate:
     measure = float(np.exp(score))
-    fit = Fit(measure, 1.0, 1.0, 1.0, (1.0,), 1.0)
+    fit = Fit({"apart": measure})
     everywhere = np.arange(len(images))
     local = LocalFit(np.ones((5, len(images))), Pairs.of_all(everywhere, everywhere))
     return Candidate(NOTHING, fit, np.array(images), local)

@@ -16,26 +16,28 @@ from solver.registration.confidence import (
     refined_confidence,
 )
 from solver.registration.fit import Fit
-from solver.registration.refined_fit import RefinedFit
 
 MEASURE = st.floats(1e-3, 3.0)
-MEASURES = st.builds(Fit, *[MEASURE] * 4, st.tuples(MEASURE, MEASURE), MEASURE)
+NAMES = "apart", "turned", "sheared", "stretched", "bent_0", "bent_1", "distorted"
+REFINED_NAMES = "apart", "turned", "strained"
+
+
+def fit_of(*measures: float) -> Fit:
+    return Fit(dict(zip(NAMES, measures, strict=True)), frozenset({"distorted"}))
+
+
+def refined_of(*measures: float) -> Fit:
+    return Fit(dict(zip(REFINED_NAMES, measures, strict=True)))
+
+
+MEASURES = st.builds(fit_of, *[MEASURE] * len(NAMES))
 MARGINS = st.floats(-1.0, 5.0) | st.just(np.inf)
 
 WORSE = 1.1, 1.5, 3.0
 
 
 def worse_than(fit: Fit, factor: float) -> Fit:
-    assert fit.distorted is not None
-    bent = tuple(factor * one for one in fit.bent)
-    return Fit(
-        factor * fit.apart,
-        factor * fit.turned,
-        factor * fit.sheared,
-        factor * fit.stretched,
-        bent,
-        factor * fit.distorted,
-    )
+    return replace(fit, values={name: factor * one for name, one in fit.values.items()})
 
 
 @given(MEASURES, MARGINS)
@@ -61,17 +63,17 @@ def test_a_greater_margin_is_more_probable(fit: Fit, one: float, other: float) -
 
 
 def test_a_close_rival_and_a_misfit_are_told_apart() -> None:
-    bad = Fit(2.0, 1.0, 1.0, 1.0, (1.0, 1.0), 1.0)
+    bad = fit_of(2.0, *[1.0] * 6)
     assert confidence_of(bad, np.inf).reasons == (MISFIT,)
     assert confidence_of(bad, 0.0).reasons == (RIVAL, MISFIT)
 
 
-REFINED = st.builds(RefinedFit, *[MEASURE] * 3)
+REFINED = st.builds(refined_of, *[MEASURE] * len(REFINED_NAMES))
 
 
 @given(MEASURES, REFINED, MARGINS, st.booleans())
 def test_refined_reasons_agree_with_the_probability(
-    fit: Fit, refined: RefinedFit, margin: float, among_rivals: bool
+    fit: Fit, refined: Fit, margin: float, among_rivals: bool
 ) -> None:
     known = confidence_of(fit, 1.0)
     found = refined_confidence(known, refined, margin, among_rivals=among_rivals)
@@ -81,7 +83,7 @@ def test_refined_reasons_agree_with_the_probability(
     assert found.measures[name] == min(max(margin, 0.0), 1.0)
     # Without rivals, or with less strain, it is more probable.
     assert found.probability <= refined_confidence(known, refined, np.inf).probability
-    stiffer = replace(refined, strained=0.5 * refined.strained)
+    stiffer = refined.also({"strained": 0.5 * refined.values["strained"]})
     assert (
         found.probability
         <= refined_confidence(known, stiffer, margin, among_rivals=among_rivals).probability
@@ -89,8 +91,8 @@ def test_refined_reasons_agree_with_the_probability(
 
 
 def test_of_two_that_fit_equally_well_neither_is_likely_to_be_right() -> None:
-    exact = RefinedFit(1e-3, 1e-2, 1e-3)
-    known = confidence_of(Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3), 1e-3), 0.0)
+    exact = refined_of(1e-3, 1e-2, 1e-3)
+    known = confidence_of(fit_of(*[1e-3] * 7), 0.0)
     assert refined_confidence(known, exact, np.inf).reasons == ()
     found = refined_confidence(known, exact, 0.0)
     assert found.probability <= 0.5
@@ -100,7 +102,7 @@ def test_of_two_that_fit_equally_well_neither_is_likely_to_be_right() -> None:
 
 
 def test_a_search_without_time_says_so() -> None:
-    good = Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3), 1e-3)
+    good = fit_of(*[1e-3] * 7)
     assert confidence_of(good, np.inf).reasons == ()
     unfinished = confidence_of(good, np.inf, complete=False)
     assert unfinished.reasons == (UNFINISHED,)

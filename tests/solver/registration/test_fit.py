@@ -33,15 +33,15 @@ def test_equal_surfaces_fit_exactly(surface: SmoothSurface) -> None:
     everywhere = np.arange(len(surface.samples))
     np.testing.assert_array_equal(local.pairs.images, everywhere)
     np.testing.assert_array_equal(local.pairs.back, everywhere)
-    for measure in (fit.apart, fit.turned, fit.sheared, fit.stretched, *fit.bent, fit.distorted):
+    for measure in fit.values.values():
         assert measure == pytest.approx(0.0, abs=1e-6)
 
 
 def test_rotations_strain_nothing(surface: SmoothSurface) -> None:
     fit = fit_of(surface.samples, Rotation.from_rotvec([0.5, 1.0, -0.2]).as_matrix())
-    assert fit.sheared == pytest.approx(0.0, abs=1e-6)
-    assert fit.stretched == pytest.approx(0.0, abs=1e-9)
-    assert fit.apart > 0.01
+    assert fit.values["sheared"] == pytest.approx(0.0, abs=1e-6)
+    assert fit.values["stretched"] == pytest.approx(0.0, abs=1e-9)
+    assert fit.values["apart"] > 0.01
 
 
 def test_the_first_form_is_that_of_the_derivatives(surface: SmoothSurface) -> None:
@@ -59,8 +59,8 @@ def test_scaling_changes_areas_by_the_square_and_no_angles(
     surface: SmoothSurface, factor: float
 ) -> None:
     fit = fit_of(surface.samples, factor * np.eye(3))
-    assert fit.sheared == pytest.approx(0.0, abs=1e-6)
-    assert fit.stretched == pytest.approx(2.0 * abs(np.log(factor)), rel=1e-6)
+    assert fit.values["sheared"] == pytest.approx(0.0, abs=1e-6)
+    assert fit.values["stretched"] == pytest.approx(2.0 * abs(np.log(factor)), rel=1e-6)
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.2, 3.0])
@@ -72,14 +72,14 @@ def test_stretching_a_plane_in_one_direction(factor: float) -> None:
     samples = SmoothSurface(Shape(mesh)).at(np.flatnonzero(inside))
     fit = fit_of(samples, np.diag([factor, 1.0, 1.0]))
     distortion = np.log(0.5 * (factor + 1.0 / factor))
-    assert fit.sheared == pytest.approx(np.sqrt(2.0 * distortion), rel=1e-4)
-    assert fit.stretched == pytest.approx(abs(np.log(factor)), rel=1e-4)
+    assert fit.values["sheared"] == pytest.approx(np.sqrt(2.0 * distortion), rel=1e-4)
+    assert fit.values["stretched"] == pytest.approx(abs(np.log(factor)), rel=1e-4)
 
 
 def test_a_reflection_turns_normals(surface: SmoothSurface) -> None:
     """Positions that are reflected have normals on the inside."""
     fit = fit_of(surface.samples, np.diag([-1.0, 1.0, 1.0]))
-    assert fit.turned > 0.5
+    assert fit.values["turned"] > 0.5
 
 
 @given(st.lists(MEASURES, min_size=7, max_size=7), st.integers(0, 5), st.floats(0.1, 0.9))
@@ -98,8 +98,16 @@ def test_the_score_is_the_sum_of_logarithms() -> None:
 
 
 def fit_with(measures: list[float]) -> Fit:
-    apart, turned, sheared, stretched, *bent, distorted = measures
-    return Fit(apart, turned, sheared, stretched, tuple(bent), distorted)
+    names = "apart", "turned", "sheared", "stretched", "bent_0", "bent_1", "distorted"
+    return Fit(dict(zip(names, measures, strict=True)), frozenset({"distorted"}))
+
+
+def test_what_has_no_partner_is_charged_with_the_occlusion() -> None:
+    fit = Fit({"apart": 0.1, "turned": 0.2}, share=0.25, occlusion=-3.0)
+    assert fit.score == pytest.approx(0.25 * np.log(0.02) - 0.75 * 3.0)
+    further = fit.also({"strained": 0.5})
+    assert list(further.measures) == ["apart", "turned", "strained"]
+    assert further.score == pytest.approx(0.25 * np.log(0.01) - 0.75 * 3.0)
 
 
 def test_the_local_measures_add_up_to_the_difference_of_scores(surface: SmoothSurface) -> None:
