@@ -107,7 +107,7 @@ def _match_possible_part(
             registration = first_registration(source, target, early)
         if registration is not None and _lacks(registration, part, early):
             known = _registered(source, target, part, options, early)
-    if known is not None and (known.sure or control.expired):
+    if known is not None and (known.confidence.is_sure or control.expired):
         answer = _matched_part(known, options, control)
         if answer is not None:
             return answer
@@ -116,7 +116,9 @@ def _match_possible_part(
     if registration is None or not _lacks(registration, part, last):
         return found
     known = known or _registered(source, target, part, options, last)
-    if known is None or not (alone or known.probability > registration.confidence.probability):
+    if known is None or not (
+        alone or known.confidence.probability > registration.confidence.probability
+    ):
         return found
     return _matched_part(known, options, last) or found
 
@@ -151,11 +153,11 @@ def _match_possible_overlap(
         return found
     if lacking >= _LACKING or not _agree(registration, known, points):
         return _matched_part(known, options, last) or found
-    agreed = known.surfaces.confidence
+    agreed = known.confidence
     if registration.confidence.is_contradicted:
         agreed = agreed.against_landmarks()
     surer = registration.confidence.probability >= agreed.probability
-    if known.ahead and surer and not across:
+    if known.confidence.margin > 0.0 and surer and not across:
         return found
     return replace(found, confidence=agreed)
 

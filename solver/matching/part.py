@@ -23,11 +23,12 @@ from solver.matching.result import Match, Overlap
 from solver.matching.sampling import too_few
 from solver.matching.stages import Stages
 from solver.matching.structures import build_level
-from solver.registration import NO_LANDMARKS, STAGE, Points
+from solver.registration import NO_LANDMARKS, STAGE, Confidence, Points
 from solver.registration.partial import (
     OF_OVERLAP,
     OF_PART,
     PartMap,
+    Side,
     are_cut_across,
     register_part,
 )
@@ -62,44 +63,28 @@ class KnownPart:
         The registration.
     partial
         Which shape is a part: one of :data:`.PARTS`.
-    is_source
-        Whether the source of the match is the part of the registration; of two parts, it is the
-        one that the other is bent onto.
     landmarks
         (L, 2) vertices of the source and of the target that are known to correspond.
     """
 
     surfaces: PartMap
     partial: str
-    is_source: bool
     landmarks: IntArray
 
     @property
     def images(self) -> IntArray:
         """Nearest target vertices of all source vertices."""
-        found = self.surfaces
-        return (found.to_whole if self.is_source else found.to_part)[0]
+        return self.surfaces.source.images[0]
 
     @property
     def mapped(self) -> BoolArray:
         """(V,) source vertices that have a partner."""
-        found = self.surfaces
-        return found.part_covered if self.is_source else found.covered
+        return self.surfaces.source.covered
 
     @property
-    def probability(self) -> float:
-        """Confidence that the registration is right."""
-        return self.surfaces.confidence.probability
-
-    @property
-    def ahead(self) -> bool:
-        """Whether no other registration fits better where it has partners."""
-        return self.surfaces.confidence.margin > 0.0
-
-    @property
-    def sure(self) -> bool:
-        """Whether nothing more is searched."""
-        return self.surfaces.confidence.is_sure
+    def confidence(self) -> Confidence:
+        """That the registration is right."""
+        return self.surfaces.confidence
 
 
 def find_part(
@@ -148,25 +133,27 @@ def find_part(
 
     def registered(is_source: bool, control: Control) -> PartMap | None:
         whole, part = (target, source) if is_source else (source, target)
-        given = None if whole.normalise else whole.size / part.size
-        landmarks = (theirs, ours) if is_source else (ours, theirs)
-        begun = wholly[::-1] if is_source else wholly
-        kind = OF_OVERLAP if partial == BOTH else OF_PART
         return register_part(
-            whole, part, control, kind, scale=given, landmarks=landmarks, wholly=begun
+            source,
+            target,
+            control,
+            OF_OVERLAP if partial == BOTH else OF_PART,
+            source_is_part=is_source,
+            scale=None if whole.normalise else whole.size / part.size,
+            landmarks=(ours, theirs),
+            wholly=wholly,
         )
 
     with control.stage(STAGE, 0.3):
         found = registered(is_source, control.between(0.3, 0.45))
         if found is not None and _may_bend_either(found, partial) and not control.expired:
             other = registered(not is_source, control.between(0.45, 0.6))
-            if other is not None and other.score < found.score:
-                found, is_source = other.among(found, control), not is_source
-            elif other is not None:
-                found = found.among(other, control)
-    if found is None or not (found.covered.any() and found.part_covered.any()):
+            if other is not None:
+                best, worse = sorted((found, other), key=lambda one: one.score)
+                found = best.among(worse, control)
+    if found is None or not all(one.covered.any() for one in found.sides):
         return None
-    return KnownPart(found, partial, is_source, pairs)
+    return KnownPart(found, partial, pairs)
 
 
 def _is_bent_onto(source: Shape, target: Shape) -> bool:
@@ -182,7 +169,7 @@ def _is_bent_onto(source: Shape, target: Shape) -> bool:
 def _may_bend_either(found: PartMap, partial: str) -> bool:
     """Return whether the other of two parts is bent as well: in doubt, where both may lack much."""
     doubtful = not found.confidence.is_likely
-    return partial == BOTH and doubtful and are_cut_across(found.whole, found.part)
+    return partial == BOTH and doubtful and are_cut_across(found.source.shape, found.target.shape)
 
 
 def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Match:
@@ -205,8 +192,7 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
         Distances along a shape cannot be computed.
     """
     found = known.surfaces
-    whole, part = _at_one_scale(found)
-    source, target = (part, whole) if known.is_source else (whole, part)
+    source, target = (_at_one_scale(one) for one in found.sides)
     given, options = options, _of_parts(options).settled(1.0)
     with control.stage("structures", 0.6):
         count = min(options.points, source.n_vertices, target.n_vertices)
@@ -222,7 +208,7 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
     report = report_match([best], [level], ids, warnings, control, proof)
     return replace(
         report,
-        dense=found.dense(known.is_source) if options.dense else None,
+        dense=found.dense() if options.dense else None,
         confidence=found.confidence.against_landmarks() if missed else found.confidence,
         overlap=_overlap(known),
     )
@@ -257,14 +243,11 @@ def _without_effect(given: MatchOptions) -> tuple[str, ...]:
     )
 
 
-def _at_one_scale(found: PartMap) -> tuple[Shape, Shape]:
-    """The whole at unit area, and the part at its scale there."""
-    lengths = 1.0 / found.whole.mesh.area**0.5, 1.0 / (found.scale * found.part.mesh.area**0.5)
-    whole, part = (
-        Shape(shape.mesh.scaled(length), normalise=False, geodesic_method=shape.geodesic_method)
-        for shape, length in zip((found.whole, found.part), lengths, strict=True)
-    )
-    return whole, part
+def _at_one_scale(side: Side) -> Shape:
+    """A shape at the scale where the surface that was bent has unit area."""
+    shape = side.shape
+    mesh = shape.mesh.scaled(1.0 / side.unit)
+    return Shape(mesh, normalise=False, geodesic_method=shape.geodesic_method)
 
 
 def _placed(
@@ -289,10 +272,5 @@ def _contradictions(target: Shape, known: KnownPart) -> tuple[str, ...]:
 
 
 def _overlap(known: KnownPart) -> Overlap:
-    found = known.surfaces
-    whole, part = found.whole, found.part
-    # The part is as large on the whole, in the unit of its file, as lengths of it times this.
-    scale = (whole.mesh.area / part.mesh.area) ** 0.5 / found.scale
-    if known.is_source:
-        return Overlap(known.partial, scale, found.part_share, found.share)
-    return Overlap(known.partial, 1.0 / scale, found.share, found.part_share)
+    ours, theirs = known.surfaces.sides
+    return Overlap(known.partial, theirs.unit / ours.unit, ours.share, theirs.share)

@@ -4,6 +4,6 @@
 """
 
 from solver.registration.partial.partiality import OF_OVERLAP, OF_PART
-from solver.registration.partial.registration import PartMap, are_cut_across, register_part
+from solver.registration.partial.registration import PartMap, Side, are_cut_across, register_part
 
-__all__ = ["OF_OVERLAP", "OF_PART", "PartMap", "are_cut_across", "register_part"]
+__all__ = ["OF_OVERLAP", "OF_PART", "PartMap", "Side", "are_cut_across", "register_part"]

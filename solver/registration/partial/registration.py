@@ -1,6 +1,7 @@
 """Registration of a whole to a part of it, or of two parts: the front door of this package."""
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,8 +23,33 @@ from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images
 from solver.shape import Shape
 
+T = TypeVar("T")
+
 _ACROSS = 0.6
 """Length over √area of a cut across the trunk: more than the girth of a thigh."""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One of two surfaces of which one is a part of the other, or which overlap, with its map.
+
+    Parameters
+    ----------
+    shape
+        With V vertices.
+    unit
+        √area of the surface that was bent, in this one's unit of length.
+    images
+        Images of all vertices on the other surface.
+    covered, share
+        (V,) vertices that have a partner there, and their share of the area: all of a part.
+    """
+
+    shape: Shape
+    unit: float
+    images: Images
+    covered: BoolArray
+    share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,38 +58,30 @@ class PartMap:
 
     Parameters
     ----------
-    whole, part
-        The shapes.
-    scale
-        √area of the whole over √area of the part.
-    to_part
-        Images of all V vertices of the whole on the part.
-    covered
-        (V,) vertices of the whole that have a partner.
-    share
-        Their share of the whole's area.
-    to_whole
-        Images of all W vertices of the part on the whole.
-    part_covered, part_share
-        (W,) vertices of the part that have a partner, and their share of the part's area: all of
-        it, unless the surfaces overlap.
+    sides
+        The source X and the target Y.
+    bent
+        Which of them was bent onto the other: the whole.
     fits
         Of this registration, and of others in the same roles that differ.
     confidence
         That the registration is right.
     """
 
-    whole: Shape
-    part: Shape
-    scale: float
-    to_part: Images
-    covered: BoolArray
-    share: float
-    to_whole: Images
-    part_covered: BoolArray
-    part_share: float
+    sides: tuple[Side, Side]
+    bent: int
     fits: tuple[Fit, ...]
     confidence: Confidence
+
+    @property
+    def source(self) -> Side:
+        """The source and its map to the target."""
+        return self.sides[0]
+
+    @property
+    def target(self) -> Side:
+        """The target and its map to the source."""
+        return self.sides[1]
 
     @property
     def score(self) -> float:
@@ -76,36 +94,39 @@ class PartMap:
         Parameters
         ----------
         other
-            Of the same surfaces in exchanged roles; its score is not less.
+            Of the same shapes, of which it bends the other one; its score is not less.
         control
             Tells whether all candidates were tried.
         """
-        there = self.part.mesh.vertices
-        met = self.covered & other.part_covered
-        away = np.linalg.norm(there[self.to_part[0][met]] - there[other.to_whole[0][met]], axis=1)
-        if met.any() and away.mean() < SAME_OVERLAP * self.part.size:
+        ours, theirs = (one.sides[self.bent] for one in (self, other))
+        fixed = self.sides[1 - self.bent].shape
+        there, met = fixed.mesh.vertices, ours.covered & theirs.covered
+        away = np.linalg.norm(there[ours.images[0][met]] - there[theirs.images[0][met]], axis=1)
+        if met.any() and away.mean() < SAME_OVERLAP * fixed.size:
             return self
         fits = self.fits[0], other.fits[0], *self.fits[1:]
-        covered = min(self.share, self.part_share)
+        covered = min(one.share for one in self.sides)
         complete = not control.expired
         confidence = part_confidence(fits, covered, OF_OVERLAP, complete=complete)
         return replace(self, fits=fits, confidence=confidence)
 
-    def dense(self, part_is_source: bool) -> DenseCorrespondence:
+    def dense(self) -> DenseCorrespondence:
         """Return the maps in the user's numbers, of the vertices that have a partner."""
-        whole, part = self.whole.mesh, self.part.mesh
-        to_part = in_numbers_of_files(whole, part, *self.to_part, self.covered)
-        to_whole = in_numbers_of_files(part, whole, *self.to_whole, self.part_covered)
-        forward, back = (to_whole, to_part) if part_is_source else (to_part, to_whole)
+        ours, theirs = self.sides
+        forward, back = (
+            in_numbers_of_files(here.shape.mesh, there.shape.mesh, *here.images, here.covered)
+            for here, there in ((ours, theirs), (theirs, ours))
+        )
         return replace(forward, inverse=back)
 
 
 def register_part(
-    whole: Shape,
-    part: Shape,
+    source: Shape,
+    target: Shape,
     control: Control,
     partiality: Partiality = OF_PART,
     *,
+    source_is_part: bool = False,
     scale: float | None = None,
     landmarks: Points = NO_LANDMARKS,
     wholly: Points = NO_LANDMARKS,
@@ -113,20 +134,22 @@ def register_part(
     """Register a whole to a part of it: deform the whole until the part lies on it.
 
     The scale of the part is found, unless it is given. Two parts that overlap are registered in the
-    same way: pass the one with less boundary as `whole`, since this one is deformed.
+    same way: take the one with less boundary as the whole, since this one is deformed.
 
     Parameters
     ----------
-    whole, part
+    source, target
         The shapes; the unit of length of either does not matter.
     control
         May cancel, and reports progress; past its deadline, less is tried.
     partiality
         Whether one is a part of the other, or both only overlap.
+    source_is_part
+        Whether the source is the part, onto which the target is bent; else it is the whole.
     scale
         √area of the whole over √area of the part, if it is known.
     landmarks
-        Vertices of the whole and of the part that correspond.
+        Vertices of the source and of the target that correspond.
     wholly
         Vertices that correspond by a registration of both as wholes: of surfaces that overlap, one
         candidate begins there. Unless both are cut across the trunk, so that much may be missing,
@@ -144,6 +167,8 @@ def register_part(
     MeshError
         The Laplacian of the whole cannot be factored.
     """
+    whole, part = _ordered((source, target), source_is_part)
+    landmarks, wholly = (_ordered(one, source_is_part) for one in (landmarks, wholly))
     ours, theirs = (reduction(one, partiality.vertices) for one in (whole, part))
     fewer = ours.shape, theirs.shape
     if min(smooth_surface(one).samples.size for one in fewer) < FEWEST:
@@ -167,21 +192,20 @@ def register_part(
     if partiality.in_space:
         chosen = chosen.or_in_space(control)
     fits = tuple(one.fit for one in refined)
-    return PartMap(
-        whole,
-        part,
-        chosen.scale,
-        (chosen.images, *chosen.displaced.on_triangles(chosen.images)),
-        chosen.covered,
-        chosen.share,
-        chosen.back,
-        chosen.part_covered,
-        chosen.part_share,
-        fits,
-        part_confidence(
-            fits, min(chosen.share, chosen.part_share), partiality, complete=not control.expired
-        ),
+    images = chosen.images, *chosen.displaced.on_triangles(chosen.images)
+    units = whole.mesh.area**0.5, chosen.scale * part.mesh.area**0.5
+    sides = (
+        Side(whole, units[0], images, chosen.covered, chosen.share),
+        Side(part, units[1], chosen.back, chosen.part_covered, chosen.part_share),
     )
+    covered, complete = min(one.share for one in sides), not control.expired
+    confidence = part_confidence(fits, covered, partiality, complete=complete)
+    return PartMap(_ordered(sides, source_is_part), int(source_is_part), fits, confidence)
+
+
+def _ordered(pair: tuple[T, T], exchanged: bool) -> tuple[T, T]:
+    """Return source and target as whole and part, or the other way round."""
+    return pair[::-1] if exchanged else pair
 
 
 def are_cut_across(source: Shape, target: Shape) -> bool:

@@ -120,7 +120,7 @@ def test_so_does_the_map_of_a_part(bones: Bones) -> None:
     scale = float(np.sqrt(whole.area / part.area))
     found = register_part(bones.target, Shape(part), Control(), scale=scale)
     assert found is not None
-    _, triangles, barycentric = found.to_whole
+    _, triangles, barycentric = found.target.images
     images = np.einsum("nc,ncd->nd", barycentric, whole.vertices[whole.faces[triangles]])
     apart = np.linalg.norm(images - bones.truth[kept], axis=1)
     assert apart.mean() < 0.014 * bones.target.unit
