@@ -37,11 +37,9 @@ def search_part(task: PartTask, control: Control, wholly: Points = NO_LANDMARKS)
         Through `control`.
     """
     shapes, kind, scale = task.shapes, task.partiality, task.scale
-    shares = kind.labellings.shares
-    scales = [scale] if scale is not None else [1.0 / np.sqrt(share) for share in shares]
     labellings = [
-        (points, one)
-        for one in control.in_time(scales, least=1)
+        (points, begun)
+        for one, begun in control.in_time(_scales(task), least=1)
         for points in labelled_points(*shapes, one, kind.labellings, task.landmarks, control)
     ]
     starts = [(first_alignment(task.whole, task.part, *one), one[1]) for one in labellings]
@@ -55,3 +53,18 @@ def search_part(task: PartTask, control: Control, wholly: Points = NO_LANDMARKS)
         begun = [(first_alignment(task.whole, task.part, wholly, size), size)]
         found += choose(task, lambda samples: begun, kind.stages, control)
     return found
+
+
+def _scales(task: PartTask) -> list[tuple[float, float]]:
+    """Scales at which points are labelled, and at which the whole is displaced to these.
+
+    Of surfaces that overlap, where few labellings are right, those of scales around a given one are
+    tried as well: of seven generated pairs of a given scale, three are wrong with the labellings of
+    one scale, and one with those of three. Of five parts, none is wrong with either.
+    """
+    around = [1.0 / np.sqrt(share) for share in task.partiality.labellings.shares]
+    if task.scale is None:
+        return [(one, one) for one in around]
+    if task.partiality.entire:
+        return [(task.scale, task.scale)]
+    return [(task.scale * one, task.scale) for one in around]

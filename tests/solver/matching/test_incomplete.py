@@ -62,6 +62,18 @@ def test_surfaces_that_lack_different_limbs_overlap(rest: FloatArray) -> None:
     assert errors(whole, ours[1], *theirs).mean() > 0.2
 
 
+def test_surfaces_of_given_scale_overlap_as_others_do(rest: FloatArray) -> None:
+    """Those of the test above, in the same unit of length."""
+    legs, arms, right = limbs(rest)
+    ours = body("walking", (legs | arms) & right, 1.0)
+    theirs = body("standing", (legs | arms) & ~right, 1.0)
+    source, target = (Shape(one[0].mesh, normalise=False) for one in (ours, theirs))
+    found = match(source, target, OPTIONS)
+    assert found.overlap is not None
+    assert found.overlap.scale == pytest.approx(1.0)
+    assert errors(found, ours[1], target, theirs[1]).mean() < 0.05
+
+
 def test_surfaces_that_fit_otherwise_too_are_doubted(rest: FloatArray) -> None:
     """Each is all but the mirror image of the other, which covers more than the truth does."""
     legs, arms, right = limbs(rest)
