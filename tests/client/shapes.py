@@ -55,19 +55,19 @@ def moved(points: Floats) -> Floats:
     return there
 
 
-def blob_meshes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
+def blob_meshes(subdivisions: int = 3) -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
     """The blob twice: another triangulation, turned and moved."""
-    ball = trimesh.creation.icosphere(subdivisions=3)
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
     first = trimesh.Trimesh(blob(ball.vertices), ball.faces, process=False)
-    ball = trimesh.creation.icosphere(subdivisions=3)
+    ball = trimesh.creation.icosphere(subdivisions=subdivisions)
     second = trimesh.Trimesh(blob(ball.vertices @ TURN), ball.faces, process=False)
     second.vertices = moved(second.vertices)
     return first, second
 
 
-def write_blobs(folder: Path) -> tuple[Path, Path]:
+def write_blobs(folder: Path, subdivisions: int = 3) -> tuple[Path, Path]:
     """Write the two as ``a.off`` and ``b.obj``."""
-    first, second = blob_meshes()
+    first, second = blob_meshes(subdivisions)
     a, b = folder / "a.off", folder / "b.obj"
     first.export(a)
     second.export(b)

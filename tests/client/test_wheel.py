@@ -212,10 +212,9 @@ def test_the_wheel_works_with_its_dependencies_alone(
 
 def test_a_users_script_is_type_checked_strictly(clean: Path, tmp_path: Path) -> None:
     (tmp_path / "script.py").write_text(SCRIPT)
+    (tmp_path / "wrong.py").write_text("import isomatch\nisomatch.Client().upload(3)\n")
     strictly = ["-m", "mypy", "--strict", "--cache-dir", ".cache", "--config-file", os.devnull]
     python = ["--python-executable", str(clean / "python")]
-    said = outside(tmp_path, sys.executable, *strictly, *python, "script.py")
-    assert "no issues found" in said
-    (tmp_path / "wrong.py").write_text("import isomatch\nisomatch.Client().upload(3)\n")
-    with pytest.raises(AssertionError, match=r'incompatible type "int"'):
-        outside(tmp_path, sys.executable, *strictly, *python, "wrong.py")
+    with pytest.raises(AssertionError, match=r'wrong\.py:2: .*incompatible type "int"') as told:
+        outside(tmp_path, sys.executable, *strictly, *python, "script.py", "wrong.py")
+    assert "Found 1 error in 1 file (checked 2 source files)" in str(told.value)

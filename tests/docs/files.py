@@ -14,19 +14,22 @@ from tests.client.shapes import TURN, blob_meshes, moved, write_blobs
 from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb, zipped_obj
 from tests.worker.families import family
 
+SUBDIVISIONS: Final = 2
+"""Of the blobs: 162 vertices, as many as the documents need."""
+
 
 def write_shapes(folder: Path) -> None:
     """``a.off`` and ``b.obj``, which correspond, and another for ``*.off``."""
-    write_blobs(folder)
-    mesh = blob_meshes()[0]
+    write_blobs(folder, SUBDIVISIONS)
+    mesh = blob_meshes(SUBDIVISIONS)[0]
     mesh.vertices = mesh.vertices * [1.0, 1.2, 0.8]
     mesh.export(folder / "c.off")
 
 
 def write_textured(folder: Path) -> None:
     """``standing.glb`` and ``walking.zip``, which correspond and have a texture."""
-    first, second = blob_meshes()
-    directions = trimesh.creation.icosphere(subdivisions=3).vertices
+    first, second = blob_meshes(SUBDIVISIONS)
+    directions = trimesh.creation.icosphere(subdivisions=SUBDIVISIONS).vertices
     image = image_file(ramp())
     for name, mesh, along, writer in (
         ("standing.glb", first, directions, textured_glb),
@@ -47,7 +50,7 @@ def write_class(folder: Path) -> None:
 
 def write_parts(folder: Path) -> None:
     """Labels of ``a.off``: ``parts.csv`` of vertices, ``parts.seg`` of faces; ``dressed.glb``."""
-    mesh = blob_meshes()[0]
+    mesh = blob_meshes(SUBDIVISIONS)[0]
     heights = np.asarray(mesh.vertices)[:, 2]
     labels = ["top" if height > 0.3 else "bottom" for height in heights]
     folder.joinpath("parts.csv").write_text("\n".join(["part", *labels, ""]))
@@ -61,12 +64,12 @@ def write_parts(folder: Path) -> None:
 
 def write_specimens(folder: Path) -> None:
     """Specimens of one shape, and two templates with the same landmarks."""
-    first, second = blob_meshes()
+    first, second = blob_meshes(SUBDIVISIONS)
     for name, mesh in (("template", first), ("other", second), ("specimen1", second)):
         mesh.export(folder / f"{name}.ply")
     first.vertices = first.vertices * 1.5
     first.export(folder / "specimen2.ply")
-    places = np.asarray(blob_meshes()[0].vertices[:40:8], dtype=np.float64)
+    places = np.asarray(blob_meshes(SUBDIVISIONS)[0].vertices[:40:8], dtype=np.float64)
     labels = ("nasion", "apex", "tip", "left", "right")
     isomatch.write_landmarks(folder / "template.mrk.json", [isomatch.LandmarkSet(labels, places)])
     there = isomatch.LandmarkSet(labels, moved(places))

@@ -14,6 +14,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import (
     Browser,
+    BrowserContext,
     ConsoleMessage,
     Locator,
     Page,
@@ -83,7 +84,28 @@ def playwright() -> Iterator[Playwright]:
 
 
 @pytest.fixture(scope="package")
+def profile(
+    playwright: Playwright, api: Api, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[BrowserContext]:
+    """A browser at the service that all tests share. Tabs have nothing in common but files.
+
+    Its profile is on disk, where compiled scripts are kept: plotly.js takes most of the time in
+    which a tab opens.
+    """
+    launched = playwright.chromium.launch_persistent_context(
+        tmp_path_factory.mktemp("profile"),
+        executable_path=chromium(),
+        args=list(OPTIONS),
+        timeout=PATIENCE,
+        base_url=api.url,
+    )
+    yield launched
+    launched.close()
+
+
+@pytest.fixture(scope="package")
 def browser(playwright: Playwright) -> Iterator[Browser]:
+    """A browser for other services, and for screens of other kinds."""
     launched = playwright.chromium.launch(
         executable_path=chromium(), args=list(OPTIONS), timeout=PATIENCE
     )
@@ -104,11 +126,17 @@ Opened = Callable[..., Page]
 
 
 @contextmanager
-def opened(browser: Browser, url: str, **context: Any) -> Iterator[Page]:
+def opened(
+    browser: Browser | BrowserContext, url: str, viewport: ViewportSize = SMALL, **context: Any
+) -> Iterator[Page]:
     """Open a tab of its own, with which nothing may be wrong at the end."""
     complaints = Complaints()
-    tab = browser.new_context(base_url=url, **context)
-    page = tab.new_page()
+    if isinstance(browser, BrowserContext):
+        page = browser.new_page()
+        page.set_viewport_size(viewport)
+    else:
+        # The tab alone is in this context, and both are closed together.
+        page = browser.new_page(base_url=url, viewport=viewport, **context)
     page.set_default_timeout(PATIENCE)
     page.on("console", complaints.note)
     page.on("pageerror", lambda error: complaints.append(error.stack or str(error)))
@@ -119,13 +147,13 @@ def opened(browser: Browser, url: str, **context: Any) -> Iterator[Page]:
     yield page
     assert complaints == []
     assert [url_ for url_ in elsewhere if not url_.startswith((url, "blob:", "data:"))] == []
-    tab.close()
+    page.close()
 
 
 @pytest.fixture
-def page(browser: Browser, api: Api) -> Iterator[Page]:
+def page(profile: BrowserContext, api: Api) -> Iterator[Page]:
     """A tab at the service that all tests share."""
-    with opened(browser, api.url, viewport=SMALL) as tab:
+    with opened(profile, api.url) as tab:
         yield tab
 
 

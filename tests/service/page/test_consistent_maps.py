@@ -8,7 +8,7 @@ from itertools import combinations
 import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page, Position, expect
+from playwright.sync_api import BrowserContext, Locator, Page, Position, expect
 from scipy.spatial.distance import pdist
 
 from solver.arrays import FloatArray
@@ -38,13 +38,13 @@ def members() -> list[FloatArray]:
 
 @pytest.fixture(scope="module")
 def mapped(
-    browser: Browser, api: Api, upload: Callable[..., Json], members: list[FloatArray]
+    profile: BrowserContext, api: Api, upload: Callable[..., Json], members: list[FloatArray]
 ) -> Iterator[Page]:
     """Three shapes, and one of too few vertices, were mapped to one another."""
     faces = member(720)[1]
     ids = [upload(off(one, faces), name)["id"] for one, name in zip(members, NAMES, strict=True)]
     ids.append(upload(too_coarse(), "<b>coarse.off")["id"])
-    with opened(browser, api.url, viewport=SMALL) as page:
+    with opened(profile, api.url, viewport=SMALL) as page:
         page.goto(f"/#/with/{'/'.join(ids)}")
         page.get_by_label("Consistent maps between all").check()
         page.get_by_role("button", name="Map", exact=True).click()

@@ -10,7 +10,7 @@ import httpx2
 import isomatch
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import BrowserContext, Page, expect
 
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import PATIENCE, SMALL, accessible, opened
@@ -49,14 +49,14 @@ def archive(page: Page, ending: str, folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def collection(
-    browser: Browser,
+    profile: BrowserContext,
     api: Api,
     upload: Callable[..., Json],
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Iterator[Page]:
     """A tab with the landmarks of two specimens, which is requested as users do."""
     folder = tmp_path_factory.mktemp("landmarks")
-    with opened(browser, api.url, viewport=SMALL) as page:
+    with opened(profile, api.url, viewport=SMALL) as page:
         requested(page, uploaded(upload), folder)
         yield page
 
@@ -165,7 +165,11 @@ def test_landmarks_for_which_the_tab_has_no_room(collection: Page, tmp_path: Pat
 
 
 def test_specimens_without_a_match_are_named(
-    browser: Browser, api: Api, http: httpx2.Client, upload: Callable[..., Json], tmp_path: Path
+    profile: BrowserContext,
+    api: Api,
+    http: httpx2.Client,
+    upload: Callable[..., Json],
+    tmp_path: Path,
 ) -> None:
     """On a telephone."""
     template, kept, _ = uploaded(upload)
@@ -177,7 +181,7 @@ def test_specimens_without_a_match_are_named(
     job = http.post("/v1/batches", json={**body, "dense": True}).json()
     http.delete(f"/v1/shapes/{gone}").raise_for_status()
     http.delete(holding["links"]["self"]).raise_for_status()
-    with opened(browser, api.url, viewport={"width": 390, "height": 800}) as page:
+    with opened(profile, api.url, viewport={"width": 390, "height": 800}) as page:
         page.goto(f"/#/landmarks/{job['id']}")
         page.locator("#landmarks-template").set_input_files(str(landmarks(tmp_path)))
         rows = page.locator("tbody tr")

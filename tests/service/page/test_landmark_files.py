@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from isomatch import LandmarkSet, read_landmarks, write_landmarks
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import BrowserContext, Page
 
 from tests.service.conftest import Api
 from tests.service.page.conftest import SMALL, opened
@@ -60,9 +60,9 @@ WRONG = {
 
 
 @pytest.fixture(scope="module")
-def page(browser: Browser, api: Api) -> Iterator[Page]:
+def page(profile: BrowserContext, api: Api) -> Iterator[Page]:
     """One tab for all tests, which call functions and leave nothing."""
-    with opened(browser, api.url, viewport=SMALL) as tab:
+    with opened(profile, api.url, viewport=SMALL) as tab:
         yield tab
 
 

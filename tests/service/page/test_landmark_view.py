@@ -12,7 +12,7 @@ import pytest
 from isomatch._landmarks import PlacedLandmarks, carried_landmarks
 from isomatch._landmarks.surface_points import nearest_points
 from isomatch._results import Geometry
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from solver.arrays import FloatArray, IntArray
 from tests.service.conftest import Api, Json
@@ -109,8 +109,8 @@ def distances(carried: Carried, positions: FloatArray) -> FloatArray:
 
 
 @pytest.fixture(scope="module")
-def view(browser: Browser, api: Api, carried: Carried) -> Iterator[Page]:
-    with opened(browser, api.url, viewport=SMALL) as page:
+def view(profile: BrowserContext, api: Api, carried: Carried) -> Iterator[Page]:
+    with opened(profile, api.url, viewport=SMALL) as page:
         shown(page, carried, carried.file)
         yield page
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import BrowserContext, Locator, Page, expect
 
 from service.page import STATIC
 from tests.service.conftest import Api, Json
@@ -86,9 +86,9 @@ def test_points_are_clicked_and_matched(page: Page, api: Api, shapes: list[str])
     assert [first, second] in [[c["source"], c["target"]] for c in result["correspondences"]]
 
 
-def test_vertices_are_typed(browser: Browser, api: Api, shapes: list[str]) -> None:
+def test_vertices_are_typed(profile: BrowserContext, api: Api, shapes: list[str]) -> None:
     """By the keyboard, on a telephone."""
-    with opened(browser, api.url, viewport={"width": 390, "height": 800}) as page:
+    with opened(profile, api.url, viewport={"width": 390, "height": 800}) as page:
         page.goto(f"/#/with/{'/'.join(shapes)}")
         page.locator(".landmarks summary").focus()
         page.keyboard.press("Enter")

@@ -9,7 +9,16 @@ from typing import Any
 import httpx2
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, FilePayload, Locator, Page, Route, expect
+from playwright.sync_api import (
+    Browser,
+    BrowserContext,
+    FilePayload,
+    Locator,
+    Page,
+    Route,
+    ViewportSize,
+    expect,
+)
 
 from service.page import STATIC
 from tests.service.conftest import Api, Json
@@ -35,9 +44,9 @@ FIGURES = [STATIC / "shapes" / f"human-{pose}.off" for pose in ("standing", "wal
 
 
 @pytest.fixture(scope="module")
-def matched(browser: Browser, api: Api) -> Iterator[Page]:
+def matched(profile: BrowserContext, api: Api) -> Iterator[Page]:
     """Two files were dropped, matched by the form, and the result is shown."""
-    with opened(browser, api.url, viewport={"width": 900, "height": 700}) as page:
+    with opened(profile, api.url, viewport={"width": 900, "height": 700}) as page:
         page.goto("/")
         page.locator("#files").set_input_files([str(path) for path in FIGURES])
         expect(page.locator(".chips li")).to_have_count(2, timeout=PATIENCE)
@@ -484,7 +493,7 @@ CONTRAST = f"""scene => {{
 def test_shapes_are_below_one_another_on_a_telephone(
     browser: Browser, api: Api, matched: Page
 ) -> None:
-    size = {"width": 400, "height": 800}
+    size: ViewportSize = {"width": 400, "height": 800}
     with opened(browser, api.url, viewport=size, color_scheme="dark") as page:
         page.goto(f"/#/jobs/{job_of(matched)}")
         shown(page)

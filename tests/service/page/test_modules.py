@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 from isomatch._landmarks.surface_points import nearest_points
 from isomatch._results import Geometry
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import BrowserContext, Page
 from scipy.spatial.transform import Rotation
 
 from broker.contracts import LIKELY_RIGHT
@@ -28,9 +28,9 @@ from worker.pictures.heat_map import digits, scale_end
 
 
 @pytest.fixture(scope="module")
-def page(browser: Browser, api: Api) -> Iterator[Page]:
+def page(profile: BrowserContext, api: Api) -> Iterator[Page]:
     """One tab for all tests, which call functions and leave nothing."""
-    with opened(browser, api.url, viewport=SMALL) as tab:
+    with opened(profile, api.url, viewport=SMALL) as tab:
         yield tab
 
 

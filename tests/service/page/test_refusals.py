@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import httpx2
 import numpy as np
-from playwright.sync_api import Browser, FilePayload, Page, expect
+from playwright.sync_api import Browser, BrowserContext, FilePayload, Page, expect
 
 from broker.store import DEFAULT_KEYS
 from service.http.security import read_keys
@@ -232,9 +232,9 @@ def test_addresses_of_nothing(page: Page) -> None:
 
 
 def test_a_collection_is_compared_on_a_telephone(
-    browser: Browser, api: Api, http: httpx2.Client
+    profile: BrowserContext, api: Api, http: httpx2.Client
 ) -> None:
-    with opened(browser, api.url, viewport={"width": 390, "height": 800}) as page:
+    with opened(profile, api.url, viewport={"width": 390, "height": 800}) as page:
         page.goto("/")
         examples = page.get_by_role("button", name="Choose six generated shapes")
         examples.click()

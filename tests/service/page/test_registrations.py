@@ -7,7 +7,7 @@ import httpx2
 import numpy as np
 import pytest
 import trimesh
-from playwright.sync_api import Browser, Locator, Page, Route, expect
+from playwright.sync_api import BrowserContext, Locator, Page, Route, expect
 from scipy.spatial.distance import pdist
 
 from solver.arrays import FloatArray
@@ -29,11 +29,11 @@ NAMES = [f"{'long name ' * 12}{k}.off" for k in range(4)]
 
 
 @pytest.fixture(scope="module")
-def registered(browser: Browser, api: Api, upload: Callable[..., Json]) -> Iterator[Page]:
+def registered(profile: BrowserContext, api: Api, upload: Callable[..., Json]) -> Iterator[Page]:
     """Two shapes were put in another order, and a template registered to them."""
     ids = [upload(data, name)["id"] for data, name in zip(family(4, first=700), NAMES, strict=True)]
     coarse = upload(too_coarse(), "coarse.off")["id"]
-    with opened(browser, api.url, viewport=SMALL) as page:
+    with opened(profile, api.url, viewport=SMALL) as page:
         page.goto(f"/#/with/{'/'.join([ids[1], ids[0], coarse, *ids[2:]])}")
         page.get_by_label("Register the first").check()
         # The task stays chosen, and the keyboard where it was: at the chosen shapes.

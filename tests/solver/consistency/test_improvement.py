@@ -21,7 +21,7 @@ Pair = tuple[int, int]
 def figures() -> tuple[list[Shape], dict[Pair, IntArray], IntArray]:
     """Shapes, the true maps between them, and the map of shape 0 that exchanges its sides."""
     poses = CLASSES["human"].poses
-    made = [articulated("human", pose, 900, seed) for seed, pose in enumerate(poses)]
+    made = [articulated("human", pose, 600, seed) for seed, pose in enumerate(poses)]
     shapes = [Shape(triangle_mesh(one.vertices, one.faces)) for one in made]
     images = {
         (i, j): correspondence(made[i], made[j])

@@ -135,7 +135,7 @@ def test_least_greatest_distortion_is_registered_for_maps_alone(
 
 def test_a_shape_reflected_in_space_is_said_to_be() -> None:
     """Landmarks say so here; the answer then is the mirror image, without a warning."""
-    mesh = shapes.blob()
+    mesh = shapes.blob(2)
     reflected = triangle_mesh(mesh.vertices * [-1.0, 1.0, 1.0], mesh.faces)
     marks = tuple((vertex, vertex) for vertex in (0, 10, 40, 77))
     found = match(

@@ -135,7 +135,7 @@ def test_the_spectrum_of_a_cut_surface_is_nearly_that_of_the_whole() -> None:
 
 
 def test_a_body_cut_in_two_is_matched_with_the_whole() -> None:
-    whole, (cut, was) = shapes.blob(), cut_in_two(shapes.blob(), 0.03)
+    whole, (cut, was) = shapes.blob(2), cut_in_two(shapes.blob(2), 0.03)
     other, where = shapes.permuted(shapes.moved(whole, seed=3), seed=4)
     target = Shape(other, eigenpairs=60)
     dense = match(Shape(cut, eigenpairs=60), target, MatchOptions(points=12, dense=True)).dense

@@ -53,7 +53,7 @@ def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
 
 def stone(seed: int, height: float = 0.1) -> Shape:
     """A ball with low waves in all directions."""
-    random, sphere = np.random.default_rng(seed), icosphere(4)
+    random, sphere = np.random.default_rng(seed), icosphere(3)
     phases = sphere.vertices @ (2.2 * random.standard_normal((3, 14)))
     waves = np.cos(phases + random.uniform(0.0, 2.0 * np.pi, 14))
     heights = height * (waves @ random.standard_normal(14)) / np.sqrt(7.0)

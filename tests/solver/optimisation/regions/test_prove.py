@@ -120,17 +120,20 @@ def test_samples_in_one_place_end() -> None:
 
 def test_work_and_deadline_leave_a_valid_bound() -> None:
     problem = metric_instance(16, 48, 0, noise=0.5)
-    optimum = prove(problem, seconds=20.0).value
-    for control, seconds in (
-        (Control(), 0.01),
-        (Control(), 0.1),
-        (Control(deadline=time.monotonic()), 10.0),
+    known = prove(problem, seconds=20.0)
+    optimum = known.value
+    assert (known.status, known.gap) == (Status.CONVERGED, 0.0)
+    for control, seconds, status in (
+        (Control(), 0.01, Status.ITERATIONS),
+        (Control(), 0.1, Status.ITERATIONS),
+        (Control(deadline=time.monotonic()), 10.0, Status.DEADLINE),
     ):
         found = prove(problem, seconds=seconds, control=control)
+        assert found.status is status
+        assert found.gap > 0.0
         assert 0.0 <= found.lower_bound <= optimum + 1e-9
         assert found.value >= optimum - 1e-9
         assert problem.energy(found.answer) == pytest.approx(found.value)
-        assert found.status is not Status.CONVERGED or found.gap == 0.0
 
 
 def test_few_open_regions_when_memory_is_short(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,7 +40,7 @@ _OPTIONS = PrototypeOptions(points=10, components=1)
 
 
 def figure(category: str, pose: str, seed: int = 0) -> SyntheticShape:
-    return articulated(category, pose, resolution=700 + 50 * seed, seed=seed)
+    return articulated(category, pose, resolution=500 + 50 * seed, seed=seed)
 
 
 def shape_of(known: SyntheticShape) -> Shape:
