@@ -161,7 +161,8 @@ class KeyRing:
         created = (
             ApiKey(one.name, bytes.fromhex(one.digest), one.tenant, one.expires) for one in found
         )
-        self._accepted = self._by_place((*self._settings, *created))
+        # A key of the settings never expires, whatever the store says of the same one.
+        self._accepted = self._by_place((*created, *self._settings))
 
     @property
     def needed(self) -> bool | None:
