@@ -168,7 +168,7 @@ def align_to_part(
     alignment: Alignment,
     scale: float,
     sizes: Iterable[int],
-    weights: Weights = WEIGHTS,
+    weights: Weights,
 ) -> Alignment:
     """Align a whole to a part from coarse to fine.
 

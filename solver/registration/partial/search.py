@@ -60,7 +60,7 @@ def _scales(task: PartTask) -> list[tuple[float, float]]:
 
     Of surfaces that overlap, where few labellings are right, those of scales around a given one are
     tried as well: of seven generated pairs of a given scale, three are wrong with the labellings of
-    one scale, and one with those of three. Of five parts, none is wrong with either.
+    one scale, and one with those of three. Of six parts, none is wrong with either.
     """
     around = [1.0 / np.sqrt(share) for share in task.partiality.labellings.shares]
     if task.scale is None:
