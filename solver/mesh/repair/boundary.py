@@ -37,7 +37,7 @@ class Boundary:
     crowded
         Whether there are too many vertices in the spheres; then none are listed.
     number, vertex
-        (n,) a side (0..S-1), and a vertex in the sphere whose diameter it is.
+        (n,) a side (0..S-1), and a vertex of other faces in the sphere whose diameter it is.
     along, away
         (n,) distance of the vertex from the side's start along the side, and from its line.
     """
@@ -106,6 +106,9 @@ def boundary_of(positions: FloatArray, faces: IntArray, edges: Edges) -> Boundar
             near = tree.query_ball_point(centre, radius)
             number = np.repeat(np.arange(len(face), dtype=np.int64), [len(some) for some in near])
             vertex = mine[np.concatenate(near).astype(np.int64)]
+            # In a flat triangle the third corner lies in the sphere too, and is no neighbour.
+            others = np.all(faces[face[number]] != vertex[:, None], axis=1)
+            number, vertex = number[others], vertex[others]
     arm = positions[vertex] - positions[start[number]]
     along = np.einsum("ij,ij->i", arm, way[number]) / length[number]
     away = np.linalg.norm(arm - (along / length[number])[:, None] * way[number], axis=1)

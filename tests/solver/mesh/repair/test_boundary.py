@@ -7,8 +7,10 @@ import pytest
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
+from solver.mesh import triangle_mesh
 from solver.mesh.edges import edges_of
 from solver.mesh.repair import boundary_of, denser_than
+from tests.solver import shapes
 
 
 class CountingTree(KDTree):
@@ -69,3 +71,15 @@ def test_a_boundary_beside_another_is_found() -> None:
     number, vertex = boundary.vertices_beside(np.full(len(boundary.length), 1e-6))
     sides = np.stack([boundary.start, boundary.end], axis=1)[number]
     assert (np.sort(sides).tolist(), vertex.tolist()) == ([[1, 2]], [8])
+
+
+@pytest.mark.parametrize("height", [1e-6, 1e-3, 0.05])
+def test_a_flat_triangle_is_no_crack(height: float) -> None:
+    """An ear at the corner of a sheet: its own third corner lies beside its longest side."""
+    sheet = shapes.plane_grid()
+    edge = sheet.vertices[1, 0]
+    vertices = np.vstack([sheet.vertices, [-edge, -height * edge, 0.0]])
+    ear = triangle_mesh(vertices, np.vstack([sheet.faces, [1, 0, len(vertices) - 1]]))
+    assert (ear.n_faces, ear.warnings) == (sheet.n_faces + 1, ())
+    alone = triangle_mesh(np.array([[0, 0, 0], [1, 0, 0], [0.5, height, 0]]), np.array([[0, 1, 2]]))
+    assert (alone.n_faces, alone.warnings) == (1, ())
