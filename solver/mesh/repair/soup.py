@@ -94,9 +94,11 @@ class TriangleSoup:
         gone = np.flatnonzero(into != np.arange(len(into)))
         pairs = np.stack([self.vertex_ids[gone], self.vertex_ids[into[gone]]], axis=1)
         # Vertices merged earlier follow the vertex they were merged into.
-        heirs = dict(pairs.tolist()) if len(self.merged) else {}
-        merged = [(old, heirs.get(heir, heir)) for old, heir in self.merged.tolist()]
-        earlier = np.array(merged, dtype=np.int64).reshape(-1, 2)
+        earlier, order = self.merged.copy(), np.argsort(self.vertex_ids)
+        place = np.searchsorted(self.vertex_ids, earlier[:, 1], sorter=order)
+        heir = order[place.clip(max=len(order) - 1)]
+        known = self.vertex_ids[heir] == earlier[:, 1]
+        earlier[known, 1] = self.vertex_ids[into[heir[known]]]
         return replace(
             self,
             faces=into[self.faces],
