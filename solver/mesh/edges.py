@@ -48,10 +48,12 @@ def edges_of(faces: IntArray) -> Edges:
     faces
         (F, 3) vertex indices, three different ones in each face.
     """
-    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    following = np.roll(faces, -1, axis=1)
     base = int(faces.max(initial=-1)) + 1
     keys, of_side, counts = np.unique(
-        sides.min(axis=1) * base + sides.max(axis=1), return_inverse=True, return_counts=True
+        np.minimum(faces, following) * base + np.maximum(faces, following),
+        return_inverse=True,
+        return_counts=True,
     )
     ends = np.stack(np.divmod(keys, max(base, 1)), axis=1)
     return Edges(
