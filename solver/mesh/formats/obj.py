@@ -143,10 +143,10 @@ def _contents(data: bytes) -> tuple[TriangleSoup, _Lines, IntArray, IntArray]:
         raise MeshError(
             "a corner of a face of the OBJ file has no vertex before its slash; the file is damaged"
         )
-    words = [_OTHER_INDICES.sub("", face).split() for face in lines.faces]
-    sizes = np.array([len(corners) for corners in words], dtype=np.int64)
+    sizes = np.array([len(face.split()) for face in lines.faces], dtype=np.int64)
     before = np.array([v for v, _ in lines.known], dtype=np.int64)
-    corners = _indices([word for face in words for word in face], np.repeat(before, sizes))
+    words = _OTHER_INDICES.sub("", "\n".join(lines.faces)).split()
+    corners = _indices(words, np.repeat(before, sizes))
     contents = polygon_contents(vertices, sizes, corners, colors, last_line_note(text))
     return contents, lines, sizes, corners
 
