@@ -87,8 +87,8 @@ def triangle_mesh(
     Raises
     ------
     MeshError
-        Array shapes are wrong, a coordinate is not finite, an index is out of range, or no face
-        with an area is left.
+        Array shapes are wrong, a coordinate is not finite, a colour is not in 0..1, an index is out
+        of range, or no face with an area is left.
 
     Examples
     --------
@@ -105,8 +105,12 @@ def triangle_mesh(
         raise MeshError(f"vertices must be a (V, 3) array, not one of shape {points.shape}")
     if corners.size and (corners.ndim != 2 or corners.shape[1] != 3):
         raise MeshError(f"faces must be an (F, 3) array, not one of shape {corners.shape}")
-    if colors is not None and np.shape(colors) != points.shape:
-        raise MeshError("colors must be a (V, 3) array with a row for every vertex")
+    if colors is not None:
+        colors = np.asarray(colors, dtype=np.float64)
+        if colors.shape != points.shape:
+            raise MeshError("colors must be a (V, 3) array with a row for every vertex")
+        if not ((colors >= 0.0) & (colors <= 1.0)).all():
+            raise MeshError("colors must be numbers from 0 to 1; divide bytes by 255")
     triangles = corners.astype(np.int64).reshape(-1, 3)
     vertex_ids, face_ids = (np.arange(len(one), dtype=np.int64) for one in (points, triangles))
     return _checked(TriangleSoup(points, triangles, colors, vertex_ids, face_ids))

@@ -130,6 +130,15 @@ def test_colors_follow_their_vertices() -> None:
     np.testing.assert_array_equal(mesh.colors, colors[1:])
 
 
+def test_whole_numbers_are_colors() -> None:
+    """Means of merged vertices are none."""
+    corners = np.concatenate([SQUARE[:3], SQUARE[[0, 2, 3]]])
+    colors = np.array([3 * [0], 3 * [0], 3 * [0], 3 * [1], 3 * [0], 3 * [0]])
+    mesh = triangle_mesh(corners, np.array([[0, 1, 2], [3, 4, 5]]), colors)
+    assert mesh.colors is not None
+    assert mesh.colors[0].tolist() == [0.5, 0.5, 0.5]
+
+
 def test_an_unsound_face_far_from_the_origin_is_still_seen() -> None:
     """Repairs must not depend on where the shape lies or how large it is."""
     faces = np.array([[0, 1, 2], [0, 2, 3], [0, 4, 2]])
@@ -168,9 +177,18 @@ def test_unusable_arrays_are_refused(
         triangle_mesh(vertices, np.array(faces))
 
 
-def test_colors_of_wrong_shape_are_refused() -> None:
-    with pytest.raises(MeshError, match="colors"):
-        triangle_mesh(SQUARE, np.array([[0, 1, 2]]), np.zeros((3, 3)))
+@pytest.mark.parametrize(
+    ("colors", "message"),
+    [
+        (np.zeros((3, 3)), "row for every vertex"),
+        (np.full((4, 3), 255), "from 0 to 1"),
+        (np.full((4, 3), np.nan), "from 0 to 1"),
+        (np.full((4, 3), -0.1), "from 0 to 1"),
+    ],
+)
+def test_unusable_colors_are_refused(colors: np.ndarray, message: str) -> None:
+    with pytest.raises(MeshError, match=message):
+        triangle_mesh(SQUARE, np.array([[0, 1, 2]]), colors)
 
 
 def test_largest_component_is_that_of_largest_area() -> None:
