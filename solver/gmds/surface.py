@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh import TriangleMesh, at_vertices
+from solver.mesh import TriangleMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class SurfacePoints:
         vertices
             (N,) vertex indices. Of the triangles that share one, the first is taken.
         """
-        return cls(*at_vertices(mesh, vertices))
+        return cls(*mesh.at_vertices(vertices))
 
     def nearest_vertices(self, mesh: TriangleMesh) -> IntArray:
         """(N,) of the three corners of each point's triangle, the one that lies nearest."""

@@ -1,7 +1,6 @@
 """Triangle meshes: reading, repair, components, normals, curvature, simplification, projection."""
 
 from solver.mesh.components import component_areas, largest_component, of_components
-from solver.mesh.corners import at_vertices
 from solver.mesh.edges import components_of, non_manifold_vertices
 from solver.mesh.file_contents import mapped_surface, textured_surface
 from solver.mesh.mean_curvature import mean_curvature_measures
@@ -21,7 +20,6 @@ from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
 __all__ = [
     "MESH_FORMATS",
     "TriangleMesh",
-    "at_vertices",
     "component_areas",
     "components_of",
     "descend",

@@ -223,6 +223,22 @@ class TriangleMesh:
         first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
         return first, np.argsort(corners, kind="stable") // 3
 
+    def at_vertices(self, vertices: IntArray) -> tuple[IntArray, FloatArray]:
+        """Return vertices as points of triangles.
+
+        Parameters
+        ----------
+        vertices
+            (N,) vertices. Of the triangles that share one, the first is taken.
+
+        Returns
+        -------
+        (N,) triangles and (N, 3) barycentric coordinates.
+        """
+        first, incident = self.incident_faces
+        faces = incident[first[vertices]]
+        return faces, (self.faces[faces] == vertices[:, None]).astype(np.float64)
+
     @cached_property
     def face_edges(self) -> Edges:
         """The edges, with the faces at them."""

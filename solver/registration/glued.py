@@ -17,7 +17,6 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import MeshError
-from solver.mesh import at_vertices
 from solver.registration.candidates import Points
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
 from solver.registration.confidence import Confidence, margin_of, refined_confidence
@@ -132,8 +131,8 @@ class OpenedCandidate:
         if (images := self._congruent) is not None:
             back = np.argsort(images)
             return (
-                _of_whole((images, *at_vertices(theirs.shape.mesh, images)), ours, theirs),
-                _of_whole((back, *at_vertices(ours.shape.mesh, back)), theirs, ours),
+                _of_whole((images, *theirs.shape.mesh.at_vertices(images)), ours, theirs),
+                _of_whole((back, *ours.shape.mesh.at_vertices(back)), theirs, ours),
             )
         found = refine_candidate(self.task, self.candidate, control)
         return _of_whole(found.forward, ours, theirs), _of_whole(found.back, theirs, ours)
