@@ -11,11 +11,11 @@ from solver.mesh.nearest_points import (
     nearest_in_triangle,
     project,
 )
-from solver.mesh.normals import face_normals, vertex_normals
+from solver.mesh.normals import face_normals, triangle_areas, vertex_normals
 from solver.mesh.reading import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.mesh.rotations import nearest_rotations
 from solver.mesh.simplification import simplified
-from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
+from solver.mesh.triangle_mesh import TriangleMesh
 
 __all__ = [
     "MESH_FORMATS",

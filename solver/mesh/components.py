@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray
-from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
+from solver.mesh.normals import triangle_areas
+from solver.mesh.triangle_mesh import TriangleMesh
 
 
 def largest_component(mesh: TriangleMesh) -> TriangleMesh:

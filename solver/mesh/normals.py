@@ -1,4 +1,4 @@
-"""Normals of triangulated surfaces."""
+"""Normals and areas of triangles, and normals at vertices."""
 
 import numpy as np
 
@@ -19,6 +19,22 @@ def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     """
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
+
+
+def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Areas of triangles.
+
+    Parameters
+    ----------
+    vertices, faces
+        (V, 3) and (F, 3).
+
+    Returns
+    -------
+    (F,) float64, in squared units of length.
+    """
+    areas: FloatArray = 0.5 * np.linalg.norm(face_normals(vertices, faces), axis=1)
+    return areas
 
 
 def vertex_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:

@@ -13,8 +13,8 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray
 from solver.mesh.edge_collapse import collapse_edges
 from solver.mesh.edges import non_manifold_vertices
-from solver.mesh.normals import face_normals
-from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
+from solver.mesh.normals import face_normals, triangle_areas
+from solver.mesh.triangle_mesh import TriangleMesh
 
 _POINT_WEIGHT = 0.02
 """Weight of squared distances to vertices, relative to those to planes of faces."""

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.edges import Edges, components_of, edges_of, fans_of
 from solver.mesh.links import component_links
+from solver.mesh.normals import triangle_areas
 from solver.mesh.repair import TriangleSoup
 
 _HOLE_LENGTH, _HOLE_EDGES = 0.1, 3
@@ -310,25 +311,6 @@ _OF_FACES = (
     "incident_faces",
 )
 """Properties that depend on nothing but faces, and links, which are the same at any scale."""
-
-
-def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Areas of triangles.
-
-    Parameters
-    ----------
-    vertices
-        (V, 3).
-    faces
-        (F, 3).
-
-    Returns
-    -------
-    (F,) float64
-    """
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    areas: FloatArray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return areas
 
 
 def _adjacency(pairs: IntArray, count: int) -> tuple[IntArray, IntArray]:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from solver.arrays import FloatArray
 from solver.mesh.edges import components_of
+from solver.mesh.normals import triangle_areas
 from solver.mesh.repair.soup import TriangleSoup, counted
 
 _DEBRIS = 1e-3
@@ -16,8 +16,7 @@ def without_debris(soup: TriangleSoup) -> TriangleSoup:
     """Leave out components that are too small to matter, and note what they were."""
     pairs = soup.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
     component = components_of(pairs, len(soup.vertices))[soup.faces[:, 0]]
-    a, b, c = (soup.unit_positions[soup.faces[:, corner]] for corner in range(3))
-    faces: FloatArray = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    faces = triangle_areas(soup.unit_positions, soup.faces)
     areas = np.bincount(component, weights=faces)
     matters = (areas >= _DEBRIS * areas.max())[component]
     if matters.all():

@@ -3,6 +3,7 @@
 import numpy as np
 
 from solver.errors import MeshError
+from solver.mesh.normals import triangle_areas
 from solver.mesh.repair.soup import TriangleSoup, groups_of_equal_rows
 
 _ZERO_AREA = 1e-14
@@ -35,8 +36,8 @@ def without_zero_area_faces(soup: TriangleSoup) -> TriangleSoup:
     """
     a, b, c = (soup.unit_positions[soup.faces[:, corner]] for corner in range(3))
     longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1) > _ZERO_AREA * longest
-    return _with_any_faces(soup.with_faces(area, "without area"))
+    double = 2.0 * triangle_areas(soup.unit_positions, soup.faces)
+    return _with_any_faces(soup.with_faces(double > _ZERO_AREA * longest, "without area"))
 
 
 def without_repeated_faces(soup: TriangleSoup) -> TriangleSoup:

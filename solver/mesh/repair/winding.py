@@ -8,6 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.edges import components_of, same_direction
+from solver.mesh.normals import face_normals, triangle_areas
 from solver.mesh.repair.soup import TriangleSoup, counted
 
 _NEARLY_CLOSED = 0.3
@@ -30,7 +31,7 @@ def with_consistent_winding(soup: TriangleSoup) -> TriangleSoup:
     pairs, same = same_direction(soup.faces, edges)
     patch, flipped, one_sided = _two_colouring(pairs, same, len(soup.faces))
     positions = soup.unit_positions
-    areas = 0.5 * np.linalg.norm(_cross(positions, soup.faces), axis=1)
+    areas = triangle_areas(positions, soup.faces)
     against = np.bincount(patch, weights=areas * flipped) > 0.5 * np.bincount(patch, weights=areas)
     flipped = (flipped ^ against[patch]) & ~one_sided[patch]
     faces = np.where(flipped[:, None], soup.faces[:, ::-1], soup.faces)
@@ -90,7 +91,7 @@ def _inside_out(
     `boundary` (F, 3) marks the sides of faces at which the patch ends.
     """
     count = int(patch.max()) + 1
-    cross = _cross(positions, faces)
+    cross = face_normals(positions, faces)
     areas = np.bincount(patch, weights=0.5 * np.linalg.norm(cross, axis=1), minlength=count)
     sixfold = np.einsum("ij,ij->i", positions[faces[:, 0]], cross)
     volumes = np.bincount(patch, weights=sixfold, minlength=count) / 6.0
@@ -125,10 +126,4 @@ def _loops(start: IntArray, end: IntArray, patch: IntArray, n_vertices: int) -> 
 def _reversed(sides: BoolArray) -> BoolArray:
     """(F, 3) marks of sides after faces are flipped: (c, b, a) has the sides bc, ab, ca."""
     found: BoolArray = sides[:, [1, 0, 2]]
-    return found
-
-
-def _cross(positions: FloatArray, faces: IntArray) -> FloatArray:
-    a, b, c = (positions[faces[:, corner]] for corner in range(3))
-    found: FloatArray = np.cross(b - a, c - a)
     return found

@@ -5,7 +5,7 @@ import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray
 from solver.errors import OptionError
-from solver.mesh import TriangleMesh, non_manifold_vertices
+from solver.mesh import TriangleMesh, non_manifold_vertices, triangle_areas
 from solver.shape.laplacian import definite_factor, laplacian
 
 _STEPS = 4
@@ -122,9 +122,7 @@ def mixed_areas(mesh: TriangleMesh) -> FloatArray:
     """
     corners = mesh.vertices[mesh.faces]
     squares = ((corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]) ** 2).sum(axis=2)  # opposite sides
-    twice = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )[:, None]
+    twice = 2.0 * triangle_areas(mesh.vertices, mesh.faces)[:, None]
     cosines = squares.sum(axis=1, keepdims=True) - 2.0 * squares  # times twice the adjacent sides
     voronoi = (cosines * squares) / (8.0 * twice)
     share = 0.5 * (voronoi.sum(axis=1, keepdims=True) - voronoi)
