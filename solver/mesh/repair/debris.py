@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from solver.mesh.edges import components_of
 from solver.mesh.normals import triangle_areas
 from solver.mesh.repair.soup import TriangleSoup, counted
 
@@ -14,8 +13,7 @@ that registrations use. Relative to the largest, so that a surface in equal piec
 
 def without_debris(soup: TriangleSoup) -> TriangleSoup:
     """Leave out components that are too small to matter, and note what they were."""
-    pairs = soup.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
-    component = components_of(pairs, len(soup.vertices))[soup.faces[:, 0]]
+    component = soup.component_of_face
     faces = triangle_areas(soup.unit_positions, soup.faces)
     areas = np.bincount(component, weights=faces)
     matters = (areas >= _DEBRIS * areas.max())[component]

@@ -1,7 +1,6 @@
 """Faces that are no surface: refused before repair and matching spend minutes on them."""
 
 from solver.errors import MeshError
-from solver.mesh.edges import components_of
 from solver.mesh.repair.soup import TriangleSoup
 
 _MOST_IRREGULAR = 2.0
@@ -65,8 +64,7 @@ def checked_components(soup: TriangleSoup) -> TriangleSoup:
     """
     if len(soup.faces) <= _MOST_COMPONENTS:
         return soup
-    component = components_of(soup.faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(soup.vertices))
-    count = int(component.max()) + 1
+    count = int(soup.component_of_face.max()) + 1
     if count > _MOST_COMPONENTS:
         raise MeshError(
             f"the faces are no surface but {count} separate ones of comparable size; at most"

@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
-from solver.mesh.edges import Edges, edges_of
+from solver.mesh.edges import Edges, components_of, edges_of
 from solver.mesh.repair.boundary import Boundary, boundary_of
 from solver.mesh.textures import Paint
 
@@ -136,6 +136,13 @@ class TriangleSoup:
     def edges(self) -> Edges:
         """Edges of the faces, which must have three different corners each."""
         return edges_of(self.faces)
+
+    @cached_property
+    def component_of_face(self) -> IntArray:
+        """(F,) component of each face, connected over shared vertices; numbered from 0."""
+        sides = self.faces[:, [0, 1, 1, 2]].reshape(-1, 2)
+        found: IntArray = components_of(sides, len(self.vertices))[self.faces[:, 0]]
+        return found
 
     @cached_property
     def boundary(self) -> Boundary:

@@ -45,14 +45,12 @@ def without_duplicate_parts(soup: TriangleSoup) -> TriangleSoup:
     if len(np.unique(place)) == len(place):
         return soup
     corners = np.sort(place[soup.faces], axis=1)
-    part = components_of(soup.faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(soup.vertices))
-    part_of_face = part[soup.faces[:, 0]]
-    by_part = np.argsort(part_of_face, kind="stable")
+    part = soup.component_of_face
+    by_part = np.argsort(part, kind="stable")
     first = np.empty(len(corners), dtype=np.int64)
     first[by_part] = by_part[groups_of_equal_rows(corners[by_part].T)]
-    copied = part_of_face[first] != part_of_face
-    alone = np.bincount(part_of_face, weights=~copied, minlength=part.max() + 1)
-    keep = alone[part_of_face] > 0
+    copied = part[first] != part
+    keep = np.bincount(part, weights=~copied)[part] > 0
     if keep.all():
         return soup
     # Vertices of dropped parts are merged into those of the part that is kept.
