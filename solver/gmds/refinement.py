@@ -132,7 +132,7 @@ def _geodesic_term(source: Shape, target: Shape, points: IntArray) -> Term:
 def _diffusion_term(source: Shape, target: Shape, points: IntArray) -> Term:
     """Stress of diffusion distances, with weights that fall with the distance."""
     here, there = (
-        DiffusionMetric(shape.spectrum(EIGENPAIRS).scaled(1.0 / shape.size), _DIFFUSION_TIME)
+        DiffusionMetric(shape.unit_spectrum(EIGENPAIRS), _DIFFUSION_TIME)
         for shape in (source, target)
     )
     distances = here.between(points)

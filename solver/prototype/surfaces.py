@@ -175,8 +175,7 @@ def nearest_surfaces(
 
 def first_eigenvalues(shape: Shape) -> FloatArray:
     """(19,) nonzero eigenvalues of a shape on unit area; fewer if it has too few vertices."""
-    spectrum = shape.spectrum(EIGENVALUES + 1).scaled(1.0 / shape.size)
-    values = spectrum.eigenvalues[1:]
+    values = shape.unit_spectrum(EIGENVALUES + 1).eigenvalues[1:]
     return values[values > 0.0]
 
 

@@ -216,7 +216,7 @@ class SmoothSurface:
     """
 
     def __init__(self, shape: Shape) -> None:
-        self.spectrum = shape.spectrum(EIGENPAIRS).scaled(1.0 / shape.size)
+        self.spectrum = shape.unit_spectrum(EIGENPAIRS)
         self.mesh: TriangleMesh = shape.surface.scaled(1.0 / shape.size)
         positions = self.mesh.vertices
         weighted = self.spectrum.mass[:, None] * positions

@@ -68,8 +68,8 @@ class Shape:
     mesh
         The mesh, in the user's units. Its links connect its components.
     spectrum
-        Spectrum of the mesh *scaled to unit area*, as :meth:`spectrum` of a normalised shape
-        returns it, if it is known already; computed when needed otherwise.
+        Spectrum as :meth:`unit_spectrum` returns it, if it is known already; computed when needed
+        otherwise.
     normalise
         Divide lengths by √area. Otherwise they are in the user's units, and so are parameters of
         structures that are lengths, areas or times.
@@ -124,7 +124,6 @@ class Shape:
         self.eigenpairs = eigenpairs
         self.geodesic_method = geodesic_method
         self._unit_spectrum = spectrum
-        self._own_spectrum: Spectrum | None = None
         self._metrics: dict[MetricChoice, Metric] = {}
         self._fields: dict[DescriptorChoice, FloatArray] = {}
         self._samplings: dict[tuple[MetricChoice, tuple[int, ...]], FarthestPointSampling] = {}
@@ -167,14 +166,15 @@ class Shape:
         k
             Number of eigenpairs, `eigenpairs` by default; at most V are returned.
         """
+        return self.unit_spectrum(k).scaled(self.size)
+
+    def unit_spectrum(self, k: int | None = None) -> Spectrum:
+        """Spectrum as of :meth:`spectrum`, of the mesh scaled to unit area."""
         k = min(self.eigenpairs if k is None else k, self.n_vertices)
         if self._unit_spectrum is None or self._unit_spectrum.n_eigenpairs < k:
             unit_surface = self.mesh.scaled(1.0 / np.sqrt(self.mesh.area))
             self._unit_spectrum = laplace_beltrami_spectrum(unit_surface, k)
-            self._own_spectrum = None
-        if self._own_spectrum is None:
-            self._own_spectrum = self._unit_spectrum.scaled(self.size)
-        return self._own_spectrum.truncated(k)
+        return self._unit_spectrum.truncated(k)
 
     @cached_property
     def size(self) -> float:
