@@ -300,5 +300,5 @@ class Shape:
             case ScaleInvariantHeatKernelSignature(frequencies=frequencies):
                 return scale_invariant_heat_kernel_signature(self.spectrum(), frequencies, vertices)
             case WaveKernelSignature(sigma=sigma):
-                return wave_kernel_signature(self.spectrum(), sigma=sigma, vertices=vertices)
+                return wave_kernel_signature(self.spectrum(), sigma, vertices)
         raise AssertionError(f"{chosen} cannot be computed")

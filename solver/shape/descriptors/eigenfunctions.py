@@ -21,7 +21,6 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
-from solver.shape.choices import Eigenfunctions
 from solver.shape.laplacian import Spectrum
 
 _GAP = 0.15
@@ -41,9 +40,7 @@ _QUANTILES = (np.arange(64) + 0.5) / 64
 """Levels at which distributions are compared."""
 
 
-def eigenfunction_groups(
-    spectra: Sequence[Spectrum], count: int = Eigenfunctions.count
-) -> IntArray:
+def eigenfunction_groups(spectra: Sequence[Spectrum], count: int) -> IntArray:
     """Partition the nonconstant eigenfunctions into groups that several shapes have in common.
 
     Groups are separated where an eigenvalue exceeds the one before by `_GAP` in every spectrum.
@@ -79,9 +76,7 @@ def eigenfunction_groups(
     return np.concatenate([[1], ends]).astype(np.int64)
 
 
-def eigenfunction_magnitudes(
-    spectrum: Spectrum, count: int = Eigenfunctions.count, vertices: IntArray | None = None
-) -> FloatArray:
+def eigenfunction_magnitudes(spectrum: Spectrum, count: int, vertices: IntArray) -> FloatArray:
     """Magnitudes of the first eigenfunctions, comparable between any two shapes.
 
     Component j at vertex x is √(A Σ_i φ_i(x)² / j m), over the first j of m nonconstant
@@ -95,7 +90,7 @@ def eigenfunction_magnitudes(
     count
         Number m of eigenfunctions; if the spectrum has fewer, the last sum is repeated.
     vertices
-        (S,) int64 vertices, by default all V.
+        (S,) int64 vertices.
 
     Returns
     -------
@@ -123,9 +118,9 @@ def eigenfunction_magnitudes(
 def aligned_eigenfunctions(
     source: Spectrum,
     target: Spectrum,
-    count: int = Eigenfunctions.count,
-    source_vertices: IntArray | None = None,
-    target_vertices: IntArray | None = None,
+    count: int,
+    source_vertices: IntArray,
+    target_vertices: IntArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Eigenfunctions of two shapes, with signs and order made comparable.
 
@@ -143,7 +138,7 @@ def aligned_eigenfunctions(
     count
         Number of eigenfunctions considered, at least 1.
     source_vertices, target_vertices
-        (S,) and (T,) int64 vertices, by default all.
+        (S,) and (T,) int64 vertices.
 
     Returns
     -------
@@ -166,8 +161,7 @@ def aligned_eigenfunctions(
             (source_values, source, source_vertices, sign),
             (target_values, target, target_vertices, 1.0),
         ):
-            function = spectrum.eigenfunctions[:, number]
-            function = function if vertices is None else function[vertices]
+            function = spectrum.eigenfunctions[vertices, number]
             values[:, group] = factor * np.sqrt(spectrum.area / m) * function
     return source_values, target_values
 
@@ -179,10 +173,9 @@ def _check(count: int, *spectra: Spectrum) -> None:
         raise ValueError("at least 2 eigenpairs are needed")
 
 
-def _mean_squares(spectrum: Spectrum, groups: IntArray, vertices: IntArray | None) -> FloatArray:
+def _mean_squares(spectrum: Spectrum, groups: IntArray, vertices: IntArray) -> FloatArray:
     """(S, m) means of φ_i(x)² over the eigenfunctions of each group."""
-    functions = spectrum.eigenfunctions
-    squares = (functions if vertices is None else functions[vertices])[:, : groups[-1]] ** 2
+    squares = spectrum.eigenfunctions[vertices, : groups[-1]] ** 2
     means: FloatArray = np.add.reduceat(squares, groups[:-1], axis=1) / np.diff(groups)
     return means
 

@@ -13,7 +13,7 @@ from solver.shape.metrics import Metric
 
 
 def geodesic_histogram(
-    mesh: TriangleMesh, metric: Metric, radius: float, bins: int, vertices: IntArray | None = None
+    mesh: TriangleMesh, metric: Metric, radius: float, bins: int, vertices: IntArray
 ) -> FloatArray:
     """Histogram of the geodesic distances from a point to the surface around it, section 3.5.
 
@@ -33,7 +33,7 @@ def geodesic_histogram(
     bins
         B, at least 1.
     vertices
-        (S,) int64 vertices, by default all V, which takes V shortest path searches.
+        (S,) int64 vertices: as many shortest path searches.
 
     Returns
     -------
@@ -49,8 +49,6 @@ def geodesic_histogram(
         raise OptionError("radius", "it must be positive and finite")
     if bins < 1:
         raise OptionError("bins", "at least 1 is needed")
-    if vertices is None:
-        vertices = np.arange(mesh.n_vertices)
     areas = triangle_areas(mesh.vertices, mesh.faces)
     histogram = np.empty((len(vertices), bins))
     for rows, distances in distances_from(metric, vertices):

@@ -3,7 +3,6 @@
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.shape.choices import HEAT_TIMES, ScaleInvariantHeatKernelSignature
 from solver.shape.laplacian import Spectrum
 
 _OCTAVES = (-8, 2)
@@ -15,9 +14,7 @@ _STEPS_PER_OCTAVE = 8
 (2010)."""
 
 
-def heat_kernel_signature(
-    spectrum: Spectrum, times: FloatArray | None = None, vertices: IntArray | None = None
-) -> FloatArray:
+def heat_kernel_signature(spectrum: Spectrum, times: FloatArray, vertices: IntArray) -> FloatArray:
     """Heat kernel signature, section 3.6, relative to its mean over the shape.
 
     Sun, Ovsjanikov and Guibas, "A concise and provably informative multi-scale signature based on
@@ -30,10 +27,9 @@ def heat_kernel_signature(
     spectrum
         Spectrum of the shape.
     times
-        (m,) time scales t_j > 0 in the spectrum's unit of area, by default `HEAT_TIMES`, for a
-        shape of unit area.
+        (m,) time scales t_j > 0 in the spectrum's unit of area.
     vertices
-        (S,) int64 vertices, by default all V.
+        (S,) int64 vertices.
 
     Returns
     -------
@@ -44,7 +40,6 @@ def heat_kernel_signature(
     ValueError
         A time is not positive.
     """
-    times = np.asarray(HEAT_TIMES if times is None else times, dtype=np.float64)
     trace = np.exp(-np.outer(spectrum.eigenvalues, times)).sum(axis=0)
     signature: FloatArray = _heat_kernel_diagonal(spectrum, times, vertices) * (
         spectrum.area / trace / np.sqrt(len(times))
@@ -53,9 +48,7 @@ def heat_kernel_signature(
 
 
 def scale_invariant_heat_kernel_signature(
-    spectrum: Spectrum,
-    frequencies: int = ScaleInvariantHeatKernelSignature.frequencies,
-    vertices: IntArray | None = None,
+    spectrum: Spectrum, frequencies: int, vertices: IntArray
 ) -> FloatArray:
     """Scale-invariant heat kernel signature, section 3.7.
 
@@ -78,7 +71,7 @@ def scale_invariant_heat_kernel_signature(
     frequencies
         Number of lowest frequencies, the zeroth included.
     vertices
-        (S,) int64 vertices, by default all V.
+        (S,) int64 vertices.
 
     Returns
     -------
@@ -95,13 +88,10 @@ def scale_invariant_heat_kernel_signature(
     return signature
 
 
-def _heat_kernel_diagonal(
-    spectrum: Spectrum, times: FloatArray, vertices: IntArray | None
-) -> FloatArray:
-    """h_t(x, x) of equation (2): (S, m) at (S,) vertices, by default all, for (m,) times."""
+def _heat_kernel_diagonal(spectrum: Spectrum, times: FloatArray, vertices: IntArray) -> FloatArray:
+    """h_t(x, x) of equation (2): (S, m) at (S,) vertices for (m,) times."""
     if not (times > 0.0).all():
         raise ValueError("times must be positive")
-    functions = spectrum.eigenfunctions
     decay = np.exp(-np.outer(spectrum.eigenvalues, times))
-    diagonal: FloatArray = (functions if vertices is None else functions[vertices]) ** 2 @ decay
+    diagonal: FloatArray = spectrum.eigenfunctions[vertices] ** 2 @ decay
     return diagonal

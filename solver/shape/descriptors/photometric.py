@@ -10,7 +10,7 @@ from solver.shape.metrics import Metric
 
 
 def photometric(
-    mesh: TriangleMesh, metric: Metric, radius: float, vertices: IntArray | None = None
+    mesh: TriangleMesh, metric: Metric, radius: float, vertices: IntArray
 ) -> FloatArray:
     """Mean colour of the surface around a point, sections 3.8 and 6.3.
 
@@ -27,8 +27,7 @@ def photometric(
     radius
         r >= 0, in the mesh's unit of length.
     vertices
-        (S,) int64 vertices, by default all V, which takes V shortest path searches unless the
-        radius is 0.
+        (S,) int64 vertices: as many shortest path searches, unless the radius is 0.
 
     Returns
     -------
@@ -49,8 +48,6 @@ def photometric(
         )
     if not 0.0 <= radius < np.inf:
         raise OptionError("radius", "it must be finite and not negative")
-    if vertices is None:
-        vertices = np.arange(mesh.n_vertices)
     colors = mesh.colors[vertices]
     if radius > 0.0:
         areas = triangle_areas(mesh.vertices, mesh.faces)

@@ -1,16 +1,26 @@
 """Heat kernel signatures: closed forms and invariances."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh
+from solver.shape.choices import HEAT_TIMES
 from solver.shape.descriptors import heat_kernel_signature, scale_invariant_heat_kernel_signature
 from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
 from tests.solver import shapes
 from tests.solver.shape.heat import heat_kernel
+
+
+def hks(spectrum: Spectrum, times: Sequence[float] | FloatArray = HEAT_TIMES) -> FloatArray:
+    return heat_kernel_signature(spectrum, np.array(times), np.arange(len(spectrum.mass)))
+
+
+def si_hks(spectrum: Spectrum, frequencies: int = 6) -> FloatArray:
+    everywhere = np.arange(len(spectrum.mass))
+    return scale_invariant_heat_kernel_signature(spectrum, frequencies, everywhere)
 
 
 def whole_spectrum(mesh: TriangleMesh) -> Spectrum:
@@ -31,13 +41,13 @@ def test_hks_of_the_sphere() -> None:
     exact = ((2 * degrees + 1) * np.exp(-degrees * (degrees + 1) * times)).sum(axis=0) / (4 * np.pi)
     kernel = np.stack([np.diag(heat_kernel(spectrum, t)) for t in times], axis=1)
     np.testing.assert_allclose(kernel, np.tile(exact, (len(kernel), 1)), rtol=0.02)
-    signature = heat_kernel_signature(spectrum, times)
+    signature = hks(spectrum, times)
     np.testing.assert_allclose(signature, 1.0 / np.sqrt(4), rtol=0.015)
 
 
 def test_hks_is_the_diagonal_of_the_heat_kernel_over_its_mean() -> None:
     spectrum = laplace_beltrami_spectrum(shapes.blob(), 60)
-    signature = heat_kernel_signature(spectrum, np.array([0.3, 2.0]))
+    signature = hks(spectrum, (0.3, 2.0))
     for column, time in zip(signature.T, (0.3, 2.0), strict=True):
         diagonal = np.diag(heat_kernel(spectrum, time))
         mean = spectrum.mass @ diagonal / spectrum.area
@@ -48,7 +58,7 @@ def test_hks_is_the_diagonal_of_the_heat_kernel_over_its_mean() -> None:
 def test_every_component_of_hks_has_mean_one(name: str) -> None:
     mesh = shapes.CONNECTED[name]()
     spectrum = laplace_beltrami_spectrum(mesh.scaled(1.0 / np.sqrt(mesh.area)))
-    signature = heat_kernel_signature(spectrum)
+    signature = hks(spectrum)
     assert signature.shape == (mesh.n_vertices, 32)
     means = spectrum.mass @ signature / spectrum.area
     np.testing.assert_allclose(means * np.sqrt(32), 1.0, rtol=1e-9)
@@ -58,7 +68,7 @@ def test_hks_is_large_at_extremities() -> None:
     """Heat stays longest where the surface is a tip."""
     mesh = shapes.blob()
     spectrum = laplace_beltrami_spectrum(mesh.scaled(1.0 / np.sqrt(mesh.area)))
-    heat = heat_kernel_signature(spectrum)[:, 12]
+    heat = hks(spectrum)[:, 12]
     radius = np.linalg.norm(mesh.vertices, axis=1)
     assert np.corrcoef(heat, radius)[0, 1] > 0.85
     assert radius[np.argmax(heat)] > 2.0
@@ -69,10 +79,8 @@ def test_hks_is_large_at_extremities() -> None:
 def test_si_hks_does_not_change_with_scale(name: str, scale: float) -> None:
     """Without any normalisation of the mesh."""
     mesh = shapes.CONNECTED[name]()
-    signature = scale_invariant_heat_kernel_signature(whole_spectrum(mesh))
-    other = scale_invariant_heat_kernel_signature(
-        whole_spectrum(shapes.moved(mesh, seed=2, scale=scale))
-    )
+    signature = si_hks(whole_spectrum(mesh))
+    other = si_hks(whole_spectrum(shapes.moved(mesh, seed=2, scale=scale)))
     assert signature.shape == (mesh.n_vertices, 6)
     np.testing.assert_allclose(other, signature, rtol=1e-6)
 
@@ -81,10 +89,10 @@ def test_hks_does_change_with_scale() -> None:
     """Unless its times are scaled along: Table 1."""
     spectrum = laplace_beltrami_spectrum(shapes.blob())
     times = np.array([0.1, 1.0])
-    signature = heat_kernel_signature(spectrum, times)
+    signature = hks(spectrum, times)
     larger = spectrum.scaled(2.0)
-    assert np.abs(heat_kernel_signature(larger, times) / signature - 1.0).max() > 0.1
-    np.testing.assert_allclose(heat_kernel_signature(larger, 4.0 * times), signature, rtol=1e-9)
+    assert np.abs(hks(larger, times) / signature - 1.0).max() > 0.1
+    np.testing.assert_allclose(hks(larger, 4.0 * times), signature, rtol=1e-9)
 
 
 def test_si_hks_equals_its_definition_written_out() -> None:
@@ -102,15 +110,13 @@ def test_si_hks_equals_its_definition_written_out() -> None:
     turns = np.exp(-2j * np.pi * np.outer(np.arange(6), np.arange(len(slope))) / len(slope))
     trace = [np.exp(-spectrum.eigenvalues * spectrum.area * 2.0**tau).sum() for tau in (-8.0, 2.0)]
     expected = np.abs(turns @ slope) / np.log(trace[0] / trace[1]) / np.sqrt(6)
-    signature = scale_invariant_heat_kernel_signature(spectrum)
+    signature = si_hks(spectrum)
     np.testing.assert_allclose(signature[vertex], expected, rtol=1e-9)
-    more = scale_invariant_heat_kernel_signature(spectrum, frequencies=10)
+    more = si_hks(spectrum, 10)
     np.testing.assert_allclose(more[:, :6] * np.sqrt(10), signature * np.sqrt(6), rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "descriptor", [heat_kernel_signature, scale_invariant_heat_kernel_signature]
-)
+@pytest.mark.parametrize("descriptor", [hks, si_hks])
 def test_intrinsic_symmetries_and_numbering(
     descriptor: Callable[[Spectrum], FloatArray],
 ) -> None:
@@ -129,4 +135,4 @@ def test_intrinsic_symmetries_and_numbering(
 @pytest.mark.parametrize("times", [[0.0, 1.0], [-1.0], [np.nan]])
 def test_times_without_meaning(times: list[float]) -> None:
     with pytest.raises(ValueError, match="positive"):
-        heat_kernel_signature(laplace_beltrami_spectrum(shapes.cube(2)), np.array(times))
+        hks(laplace_beltrami_spectrum(shapes.cube(2)), times)

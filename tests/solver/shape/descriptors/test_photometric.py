@@ -20,6 +20,10 @@ def graph(mesh: TriangleMesh) -> GeodesicMetric:
     return GeodesicMetric(GeodesicGraph(mesh))
 
 
+def everywhere(mesh: TriangleMesh, radius: float) -> FloatArray:
+    return photometric(mesh, graph(mesh), radius, np.arange(mesh.n_vertices))
+
+
 def painted(mesh: TriangleMesh, colors: FloatArray) -> TriangleMesh:
     return triangle_mesh(mesh.vertices, mesh.faces, colors)
 
@@ -76,7 +80,7 @@ def test_another_triangulation_has_the_same_means() -> None:
 def test_a_pose_changes_little() -> None:
     poses = [articulated("human", pose, 800, 0) for pose in ("standing", "walking")]
     meshes = [triangle_mesh(one.vertices, one.faces, clothed(one.rest)) for one in poses]
-    before, after = (photometric(mesh, graph(mesh), 0.1 * np.sqrt(mesh.area)) for mesh in meshes)
+    before, after = (everywhere(mesh, 0.1 * np.sqrt(mesh.area)) for mesh in meshes)
     change = np.linalg.norm(after - before, axis=1)
     spread = np.linalg.norm(before - before.mean(axis=0), axis=1)
     assert np.sqrt((change**2).mean()) < 0.1 * np.sqrt((spread**2).mean())
@@ -85,7 +89,7 @@ def test_a_pose_changes_little() -> None:
 def test_from_one_point_to_the_whole_surface() -> None:
     mesh = colorful(shapes.blob())
     assert mesh.colors is not None
-    pointwise = photometric(mesh, graph(mesh), 0.0)
+    pointwise = everywhere(mesh, 0.0)
     np.testing.assert_array_equal(pointwise, mesh.colors / np.sqrt(3.0))
     some = np.array([5, 77, 400])
     for radius in (1e-200, 1e-7):
@@ -96,25 +100,25 @@ def test_from_one_point_to_the_whole_surface() -> None:
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
     mean = areas @ mesh.colors[mesh.faces].mean(axis=1) / areas.sum() / np.sqrt(3.0)
-    everywhere = photometric(mesh, graph(mesh), 1e3, some)
-    np.testing.assert_allclose(everywhere, np.tile(mean, (3, 1)), rtol=1e-9)
+    found = photometric(mesh, graph(mesh), 1e3, some)
+    np.testing.assert_allclose(found, np.tile(mean, (3, 1)), rtol=1e-9)
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.4])
 def test_invariances(radius: float) -> None:
     mesh = colorful(shapes.blob())
-    found = photometric(mesh, graph(mesh), radius)
+    found = everywhere(mesh, radius)
     assert found.shape == (mesh.n_vertices, 3)
     for scale in (1.0, 100.0):
         moved = replace(shapes.moved(mesh, seed=6, scale=scale), colors=mesh.colors)
-        other = photometric(moved, graph(moved), scale * radius)
+        other = everywhere(moved, scale * radius)
         np.testing.assert_allclose(other, found, atol=1e-9)
     renumbered, where = shapes.permuted(mesh, seed=7)
     assert mesh.colors is not None
     colors = np.empty_like(mesh.colors)
     colors[where] = mesh.colors
     renumbered = replace(renumbered, colors=colors)
-    other = photometric(renumbered, graph(renumbered), radius)[where]
+    other = everywhere(renumbered, radius)[where]
     np.testing.assert_allclose(other, found, atol=1e-9)
     some = np.array([3, 1, 40])
     other = photometric(mesh, graph(mesh), radius, some)
@@ -140,7 +144,7 @@ def test_gluing_changes_means_and_no_point() -> None:
 def test_what_is_needed() -> None:
     cube = shapes.cube(2)
     with pytest.raises(MeshError, match="no vertex colours"):
-        photometric(cube, graph(cube), 0.1)
+        everywhere(cube, 0.1)
     for radius in (-0.1, np.nan, np.inf):
         with pytest.raises(OptionError, match="radius"):
-            photometric(colorful(cube), graph(cube), radius)
+            everywhere(colorful(cube), radius)
