@@ -174,16 +174,9 @@ class DiffusionMetric(EmbeddedMetric):
         Spectrum of the shape.
     time
         t > 0, in the spectrum's unit of area.
-
-    Raises
-    ------
-    ValueError
-        The time is not positive and finite.
     """
 
     def __init__(self, spectrum: Spectrum, time: float) -> None:
-        if not 0.0 < time < np.inf:
-            raise ValueError("the diffusion time must be positive and finite")
         decay = np.exp(-spectrum.eigenvalues[1:] * time)
         super().__init__(spectrum.eigenfunctions[:, 1:] * decay)
 

@@ -20,7 +20,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import OptionError
 from solver.shape.laplacian import Spectrum
 
 _GAP = 0.15
@@ -60,12 +59,10 @@ def eigenfunction_groups(spectra: Sequence[Spectrum], count: int) -> IntArray:
 
     Raises
     ------
-    OptionError
-        `count` is less than 1.
     ValueError
         A spectrum has only the constant eigenfunction.
     """
-    _check(count, *spectra)
+    _check(*spectra)
     least = min(spectrum.n_eigenpairs for spectrum in spectra)
     values = np.stack([spectrum.eigenvalues[1:least] for spectrum in spectra])
     is_gap = (values[:, 1:] >= (1.0 + _GAP) * values[:, :-1]).all(axis=0)
@@ -88,7 +85,7 @@ def eigenfunction_magnitudes(spectrum: Spectrum, count: int, vertices: IntArray)
     spectrum
         Spectrum of the shape.
     count
-        Number m of eigenfunctions; if the spectrum has fewer, the last sum is repeated.
+        Number m of eigenfunctions, at least 1; if the spectrum has fewer, the last sum is repeated.
     vertices
         (S,) int64 vertices.
 
@@ -98,12 +95,10 @@ def eigenfunction_magnitudes(spectrum: Spectrum, count: int, vertices: IntArray)
 
     Raises
     ------
-    OptionError
-        `count` is less than 1.
     ValueError
         The spectrum has only the constant eigenfunction.
     """
-    _check(count, spectrum)
+    _check(spectrum)
     values = spectrum.eigenvalues[1:]
     ends = np.flatnonzero(values[1:] > (1.0 + _EQUAL) * values[:-1]) + 2
     groups = np.concatenate([[1], ends, [spectrum.n_eigenpairs]])
@@ -147,8 +142,8 @@ def aligned_eigenfunctions(
 
     Raises
     ------
-    OptionError
-        `count` is less than 1.
+    ValueError
+        A spectrum has only the constant eigenfunction.
     """
     groups = eigenfunction_groups([source, target], count)
     m = len(groups) - 1
@@ -166,9 +161,7 @@ def aligned_eigenfunctions(
     return source_values, target_values
 
 
-def _check(count: int, *spectra: Spectrum) -> None:
-    if count < 1:
-        raise OptionError("count", "at least 1 is needed")
+def _check(*spectra: Spectrum) -> None:
     if min(spectrum.n_eigenpairs for spectrum in spectra) < 2:
         raise ValueError("at least 2 eigenpairs are needed")
 

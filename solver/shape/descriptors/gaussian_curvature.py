@@ -4,7 +4,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray
-from solver.errors import OptionError
 from solver.mesh import TriangleMesh, non_manifold_vertices, triangle_areas
 from solver.shape.laplacian import definite_factor, laplacian
 
@@ -44,11 +43,7 @@ def gaussian_curvature(mesh: TriangleMesh, scale: float) -> FloatArray:
     ------
     MeshError
         The Laplacian of the mesh is singular to working precision, or not finite.
-    OptionError
-        The scale is negative or not finite.
     """
-    if not 0.0 <= scale < np.inf:
-        raise OptionError("scale", "it must be finite and not negative")
     inner = inner_vertices(mesh)
     areas = mixed_areas(mesh)
     measures: FloatArray = np.where(inner, np.stack([angle_defects(mesh), areas]), 0.0)

@@ -6,7 +6,6 @@ Raviv, Bronstein, Bronstein and Kimmel, "Symmetries of non-rigid shapes", NORDIA
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import OptionError
 from solver.mesh import TriangleMesh, triangle_areas
 from solver.shape.descriptors.geodesic_disc import annulus_areas, distances_from
 from solver.shape.metrics import Metric
@@ -39,16 +38,7 @@ def geodesic_histogram(
     -------
     (S, B) float64, without unit. It is invariant to scale only if the radius scales too, and
     changes with topology as all geodesic distances do: Table 1.
-
-    Raises
-    ------
-    OptionError
-        The radius is not positive and finite, or there are no bins.
     """
-    if not 0.0 < radius < np.inf:
-        raise OptionError("radius", "it must be positive and finite")
-    if bins < 1:
-        raise OptionError("bins", "at least 1 is needed")
     areas = triangle_areas(mesh.vertices, mesh.faces)
     histogram = np.empty((len(vertices), bins))
     for rows, distances in distances_from(metric, vertices):

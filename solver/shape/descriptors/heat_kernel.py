@@ -34,11 +34,6 @@ def heat_kernel_signature(spectrum: Spectrum, times: FloatArray, vertices: IntAr
     Returns
     -------
     (S, m) float64, without unit. It is invariant to scale only if the times scale with the area.
-
-    Raises
-    ------
-    ValueError
-        A time is not positive.
     """
     trace = np.exp(-np.outer(spectrum.eigenvalues, times)).sum(axis=0)
     signature: FloatArray = _heat_kernel_diagonal(spectrum, times, vertices) * (
@@ -90,8 +85,6 @@ def scale_invariant_heat_kernel_signature(
 
 def _heat_kernel_diagonal(spectrum: Spectrum, times: FloatArray, vertices: IntArray) -> FloatArray:
     """h_t(x, x) of equation (2): (S, m) at (S,) vertices for (m,) times."""
-    if not (times > 0.0).all():
-        raise ValueError("times must be positive")
     decay = np.exp(-np.outer(spectrum.eigenvalues, times))
     diagonal: FloatArray = spectrum.eigenfunctions[vertices] ** 2 @ decay
     return diagonal

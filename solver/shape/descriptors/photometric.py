@@ -3,7 +3,6 @@
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import MeshError, OptionError
 from solver.mesh import TriangleMesh, triangle_areas
 from solver.shape.descriptors.geodesic_disc import disc_weights, distances_from
 from solver.shape.metrics import Metric
@@ -33,21 +32,8 @@ def photometric(
     -------
     (S, 3) float64, without unit. With radius 0 it depends on the colours alone; otherwise it
     changes with topology, and with scale unless the radius scales too: the footnotes of Table 1.
-
-    Raises
-    ------
-    MeshError
-        The mesh has no colours.
-    OptionError
-        The radius is negative or not finite.
     """
-    if mesh.colors is None:
-        raise MeshError(
-            "the mesh has no vertex colours, which the photometric descriptor needs; "
-            "choose another descriptor, or upload the shape in a format that carries them"
-        )
-    if not 0.0 <= radius < np.inf:
-        raise OptionError("radius", "it must be finite and not negative")
+    assert mesh.colors is not None
     colors = mesh.colors[vertices]
     if radius > 0.0:
         areas = triangle_areas(mesh.vertices, mesh.faces)

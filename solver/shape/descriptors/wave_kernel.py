@@ -46,7 +46,7 @@ def wave_kernel_signature(spectrum: Spectrum, sigma: float, vertices: IntArray) 
     Raises
     ------
     ValueError
-        σ is not positive and finite, or the spectrum has only the constant eigenfunction.
+        The spectrum has only the constant eigenfunction.
     """
     positive = spectrum.eigenvalues * spectrum.area > _ZERO
     if not positive.any():
@@ -55,8 +55,6 @@ def wave_kernel_signature(spectrum: Spectrum, sigma: float, vertices: IntArray) 
     last = max(_RANGE[1] * len(logs), _RANGE[0])
     counts = np.geomspace(_RANGE[0], last, _ENERGIES)
     energies = np.log(4.0 * np.pi / spectrum.area * counts)
-    if not 0.0 < sigma < np.inf:
-        raise ValueError("sigma must be positive and finite")
     exponents = -0.5 * ((energies - logs[:, None]) / sigma) ** 2
     # Relative to the greatest, so that filters between eigenvalues do not underflow to 0/0.
     filters = np.exp(exponents - exponents.max(axis=0))

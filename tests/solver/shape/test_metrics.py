@@ -171,12 +171,6 @@ def test_infinite_distances_are_refused(kind: Callable[[Spectrum], Metric]) -> N
         kind(apart)
 
 
-@pytest.mark.parametrize("time", [0.0, -1.0, np.inf, np.nan])
-def test_diffusion_times_without_meaning(time: float) -> None:
-    with pytest.raises(ValueError, match="positive"):
-        DiffusionMetric(laplace_beltrami_spectrum(shapes.cube(2)), time)
-
-
 class Counted:
     """Geodesic distances, and the sources from which they were asked for."""
 

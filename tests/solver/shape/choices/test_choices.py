@@ -22,6 +22,7 @@ from solver.shape.choices import (
     Photometric,
     ScaleInvariantHeatKernelSignature,
     Structure,
+    WaveKernelSignature,
 )
 from solver.shape.laplacian import Spectrum
 from tests.solver import shapes
@@ -215,6 +216,8 @@ def test_shapes_that_are_normalised_and_not_do_not_compare() -> None:
         (lambda: HeatKernelSignature(()), "times"),
         (lambda: HeatKernelSignature((0.1, -0.1)), "times"),
         (lambda: ScaleInvariantHeatKernelSignature(41), "frequencies"),
+        (lambda: WaveKernelSignature(0.0), "sigma"),
+        (lambda: Eigenfunctions(0), "count"),
     ],
 )
 def test_parameters_out_of_range(make: Callable[[], Structure], field: str) -> None:

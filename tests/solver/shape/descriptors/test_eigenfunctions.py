@@ -7,7 +7,6 @@ import pytest
 import scipy.linalg
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import OptionError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape.descriptors import (
     aligned_eigenfunctions,
@@ -167,10 +166,6 @@ def test_scale_motion_and_numbering() -> None:
 
 def test_what_has_no_meaning() -> None:
     spectrum = laplace_beltrami_spectrum(shapes.cube(2))
-    with pytest.raises(OptionError, match="count"):
-        eigenfunction_groups([spectrum], 0)
-    with pytest.raises(OptionError, match="count"):
-        magnitudes_of(spectrum, 0)
     constant = Spectrum(np.zeros(1), np.ones((4, 1)), np.full(4, 0.25))
     with pytest.raises(ValueError, match="eigenpairs"):
         aligned(spectrum, constant)

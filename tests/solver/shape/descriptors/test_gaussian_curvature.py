@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from solver.errors import OptionError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape.descriptors import angle_defects, gaussian_curvature, inner_vertices, mixed_areas
 from tests.solver import shapes
@@ -158,9 +157,3 @@ def test_invariances(name: str, scale: float) -> None:
     # Table 1: it changes with scale, like 1/length².
     larger = gaussian_curvature(shapes.moved(mesh, seed=6, scale=5.0), 5.0 * scale)
     np.testing.assert_allclose(25.0 * larger, curvature, rtol=1e-6, atol=1e-9)
-
-
-@pytest.mark.parametrize("scale", [-1.0, np.nan, np.inf])
-def test_scales_without_meaning(scale: float) -> None:
-    with pytest.raises(OptionError, match="scale"):
-        gaussian_curvature(shapes.cube(2), scale)

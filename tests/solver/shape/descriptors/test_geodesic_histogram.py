@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
-from solver.errors import OptionError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import GeodesicMetric
 from solver.shape.descriptors import geodesic_histogram
@@ -91,12 +90,3 @@ def test_invariances(name: str) -> None:
     some = np.array([3, 1, 40])
     found = geodesic_histogram(mesh, graph(mesh), 0.8, 6, some)
     np.testing.assert_allclose(found, histogram[some], rtol=1e-12)
-
-
-def test_parameters_without_meaning() -> None:
-    cube = shapes.cube(2)
-    for radius in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(OptionError, match="radius"):
-            everywhere(cube, radius, 4)
-    with pytest.raises(OptionError, match="bins"):
-        everywhere(cube, 1.0, 0)

@@ -130,9 +130,3 @@ def test_intrinsic_symmetries_and_numbering(
         descriptor(whole_spectrum(shapes.blob())),
         rtol=1e-6,
     )
-
-
-@pytest.mark.parametrize("times", [[0.0, 1.0], [-1.0], [np.nan]])
-def test_times_without_meaning(times: list[float]) -> None:
-    with pytest.raises(ValueError, match="positive"):
-        hks(laplace_beltrami_spectrum(shapes.cube(2)), times)

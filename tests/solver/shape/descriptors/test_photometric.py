@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
-from solver.errors import MeshError, OptionError
 from solver.mesh import TriangleMesh, simplified, triangle_mesh
 from solver.shape import GeodesicMetric
 from solver.shape.descriptors import photometric
@@ -139,12 +138,3 @@ def test_gluing_changes_means_and_no_point() -> None:
         before = photometric(apart, graph(apart), radius, point)
         after = photometric(glued, graph(glued), radius, point)
         assert np.abs(after - before).max() * np.sqrt(3.0) == pytest.approx(change, abs=0.1)
-
-
-def test_what_is_needed() -> None:
-    cube = shapes.cube(2)
-    with pytest.raises(MeshError, match="no vertex colours"):
-        everywhere(cube, 0.1)
-    for radius in (-0.1, np.nan, np.inf):
-        with pytest.raises(OptionError, match="radius"):
-            everywhere(colorful(cube), radius)

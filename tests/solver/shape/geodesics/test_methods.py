@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from bench.geodesics import exact_distances
-from solver.errors import OptionError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape.geodesics import GEODESIC_METHODS, geodesics
 from tests.solver import shapes
@@ -110,9 +109,3 @@ def test_damaged_mesh(method: str) -> None:
     if method == "heat":  # smooths away what is thinner than its triangles
         return
     assert (found >= 0.95 * surfaces.straight(mesh, sources)).all()
-
-
-def test_unknown_method() -> None:
-    with pytest.raises(OptionError, match="graph, fast_marching, heat") as caught:
-        geodesics(shapes.cube(2), "dijkstra")
-    assert caught.value.field == "geodesic_method"
