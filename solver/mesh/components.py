@@ -55,7 +55,7 @@ def of_components(mesh: TriangleMesh, kept: BoolArray, note: str) -> TriangleMes
     notes = (one for one in mesh.warnings if one != note_of_links(mesh))
     faces = kept[mesh.component_of_vertex[mesh.faces[:, 0]]]
     soup = replace(mesh.soup(), notes=(*notes, note)).of_faces(faces).compacted()
-    found = replace(TriangleMesh.of(soup), file_rows=mesh.file_rows, is_cloud=mesh.is_cloud)
+    found = TriangleMesh.of(soup)
     if found.components == 1:
         return found
     return found.with_same_faces(warnings=(*found.warnings, note_of_links(found)))

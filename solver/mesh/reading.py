@@ -119,7 +119,7 @@ def triangle_mesh(
 def _checked(soup: TriangleSoup) -> TriangleMesh:
     if not len(soup.vertices):
         raise MeshError("the mesh has no vertices")
-    rows = _rows_of_file(soup)
+    soup = replace(soup, file_rows=_rows_of_file(soup))
     if soup.is_cloud:
         soup = surface_of_points(soup)
     if not len(soup.faces):
@@ -128,7 +128,7 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
     mesh = TriangleMesh.of(repaired(replace(soup, paint=None, normals=None)))
     warnings = mesh.warnings if mesh.components == 1 else (*mesh.warnings, note_of_links(mesh))
-    return mesh.with_same_faces(warnings=warnings, file_rows=rows, is_cloud=soup.is_cloud)
+    return mesh.with_same_faces(warnings=warnings)
 
 
 def _rows_of_file(soup: TriangleSoup) -> tuple[int, int]:

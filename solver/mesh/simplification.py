@@ -64,7 +64,7 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
     merged = mesh.soup().with_vertices_merged(into).of_faces(staying)
     kept = replace(merged, faces=left).compacted()
     area = float(triangle_areas(unit.vertices, left).sum())
-    fewer = TriangleMesh.of(
+    return TriangleMesh.of(
         kept.noting(
             f"simplified from {mesh.n_vertices} to {len(kept.vertices)} vertices; the area became"
             f" {100.0 * abs(area - 1.0):.2g} % {'larger' if area > 1.0 else 'smaller'};"
@@ -72,7 +72,6 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
             " other one has that of the vertex that it was merged into"
         )
     )
-    return replace(fewer, file_rows=mesh.file_rows, is_cloud=mesh.is_cloud)
 
 
 def _boundary_and_fixed(mesh: TriangleMesh) -> tuple[BoolArray, BoolArray]:

@@ -72,6 +72,8 @@ class TriangleMesh:
             soup.notes,
             soup.merged,
             soup.face_ids,
+            soup.file_rows,
+            soup.is_cloud,
         )
         if "edges" in vars(soup):
             vars(mesh)["face_edges"] = soup.edges
@@ -87,6 +89,8 @@ class TriangleMesh:
             self.face_ids,
             self.warnings,
             self.merged,
+            is_cloud=self.is_cloud,
+            file_rows=self.file_rows,
         )
 
     @property

@@ -46,6 +46,8 @@ class TriangleSoup:
         (V, 3) normals of a point cloud as a reader left them.
     is_cloud
         Whether the file is a point cloud: it has no faces, and does not mean to.
+    file_rows
+        Numbers of vertices and of faces of the file; ``None`` before repair.
     fixed_point
         Whether the file has coordinates as integers, scaled by a constant: they are as precise far
         from the origin as near it.
@@ -61,6 +63,7 @@ class TriangleSoup:
     paint: Paint | None = None
     normals: FloatArray | None = None
     is_cloud: bool = False
+    file_rows: tuple[int, int] | None = None
     fixed_point: bool = False
 
     def noting(self, *notes: str) -> "TriangleSoup":

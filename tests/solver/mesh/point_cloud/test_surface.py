@@ -9,7 +9,14 @@ from scipy.spatial import ConvexHull, KDTree
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.matching import MatchOptions, match
-from solver.mesh import TriangleMesh, face_normals, read_mesh, triangle_mesh, vertex_normals
+from solver.mesh import (
+    TriangleMesh,
+    face_normals,
+    read_mesh,
+    simplified,
+    triangle_mesh,
+    vertex_normals,
+)
 from solver.mesh.edges import edges_of, non_manifold_vertices
 from solver.shape import Shape
 from synthetic import human
@@ -42,6 +49,7 @@ def test_a_sphere_is_the_convex_hull_of_its_points() -> None:
     points = on_sphere(2000)
     mesh = cloud(points)
     assert mesh.is_cloud
+    assert simplified(mesh, 500).is_cloud
     assert (mesh.closed, mesh.components, mesh.n_faces) == (True, 1, 2 * 2000 - 4)
     np.testing.assert_array_equal(mesh.vertices, points)
     np.testing.assert_array_equal(mesh.vertex_ids, np.arange(2000))
