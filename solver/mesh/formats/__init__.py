@@ -26,7 +26,7 @@ from solver.mesh.formats.readers import FORMATS
 from solver.mesh.repair import TriangleSoup
 
 READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
-    {ending: known.read for ending, known in FORMATS.items()} | {"zip": read_zip}
+    {**FORMATS, "zip": read_zip}
 )
 """Reader of each format by file extension, lower case, without the dot."""
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from solver.errors import MeshError
 from solver.mesh.formats.companions import Companions
-from solver.mesh.formats.readers import FORMATS
+from solver.mesh.formats.readers import FORMATS, TABLES, WITH_COMPANIONS
 from solver.mesh.repair import TriangleSoup
 
 MOST_MEMBERS = 1000
@@ -28,7 +28,7 @@ _MOST_RATIO = 24
 _ALWAYS_ALLOWED = 8 * 2**20
 """Uncompressed bytes that an archive may have at any ratio: tiny files compress even better."""
 
-_SHAPES = tuple(ending for ending, known in FORMATS.items() if known.in_zip)
+_SHAPES = tuple(ending for ending in FORMATS if ending not in TABLES)
 """Endings of mesh files in an archive."""
 
 _ENCRYPTED, _UTF8 = 0x1, 0x800
@@ -58,11 +58,11 @@ def read_zip(data: bytes) -> TriangleSoup:
     """
     archive = _Archive.opened(data)
     name = archive.mesh_name()
-    known, contents = FORMATS[_extension(name)], archive.read(name)
-    if known.read_with is None:
-        return known.read(contents)
-    folder = posixpath.dirname(name)
-    return known.read_with(contents, Companions(tuple(archive.members), folder, archive.read))
+    ending, contents = _extension(name), archive.read(name)
+    if ending not in WITH_COMPANIONS:
+        return FORMATS[ending](contents)
+    companions = Companions(tuple(archive.members), posixpath.dirname(name), archive.read)
+    return WITH_COMPANIONS[ending](contents, companions)
 
 
 def mesh_in_zip(data: bytes) -> tuple[str, bytes]:

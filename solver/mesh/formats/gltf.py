@@ -57,7 +57,7 @@ def read_glb(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     MeshError
         The bytes are not a complete GLB file, or use features that are not supported.
     """
-    return _read(*_chunks(data), companions, "GLB")
+    return _opened(*_chunks(data), companions, "GLB", _surface)
 
 
 def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup:
@@ -80,7 +80,7 @@ def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup
     MeshError
         The bytes are not glTF, use features that are not supported, or a buffer is missing.
     """
-    return _read(data, None, companions, "GLTF")
+    return _opened(data, None, companions, "GLTF", _surface)
 
 
 def read_glb_with(data: bytes, read: Callable[[GltfData], T]) -> T:
@@ -130,12 +130,6 @@ def _binary(data: bytes, start: int) -> bytes | None:
     if start + 8 + length > len(data):
         raise MeshError("the GLB file promises more bytes than it has; it is cut off")
     return data[start + 8 : start + 8 + length]
-
-
-def _read(
-    text: bytes, binary: bytes | None, companions: Companions | None, kind: str
-) -> TriangleSoup:
-    return _opened(text, binary, companions, kind, _surface)
 
 
 def _surface(data: GltfData) -> TriangleSoup:

@@ -1,7 +1,6 @@
 """The formats of mesh files by their endings, but for archives of them."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
@@ -15,40 +14,27 @@ from solver.mesh.formats.stl import read_stl
 from solver.mesh.formats.xyz import read_xyz
 from solver.mesh.repair import TriangleSoup
 
-
-@dataclass(frozen=True)
-class MeshFormat:
-    """A format of mesh files.
-
-    Parameters
-    ----------
-    read
-        Reads the bytes of a file.
-    read_with
-        Reads them with the files that they refer to; ``None`` if they refer to none.
-    in_zip
-        Whether a file of that ending in an archive is the shape: it may be notes or a table beside
-        it.
-    """
-
-    read: Callable[[bytes], TriangleSoup]
-    read_with: Callable[[bytes, Companions], TriangleSoup] | None = None
-    in_zip: bool = True
-
-
-FORMATS: Final[Mapping[str, MeshFormat]] = MappingProxyType(
+FORMATS: Final[Mapping[str, Callable[[bytes], TriangleSoup]]] = MappingProxyType(
     {
-        "off": MeshFormat(read_off),
-        "obj": MeshFormat(read_obj, read_obj),
-        "ply": MeshFormat(read_ply),
-        "stl": MeshFormat(read_stl),
-        "glb": MeshFormat(read_glb, read_glb),
-        "gltf": MeshFormat(read_gltf, read_gltf),
-        "las": MeshFormat(read_las),
-        "laz": MeshFormat(read_las),
-        "xyz": MeshFormat(read_xyz),
-        "txt": MeshFormat(read_xyz, in_zip=False),
-        "csv": MeshFormat(read_xyz, in_zip=False),
+        "off": read_off,
+        "obj": read_obj,
+        "ply": read_ply,
+        "stl": read_stl,
+        "glb": read_glb,
+        "gltf": read_gltf,
+        "las": read_las,
+        "laz": read_las,
+        "xyz": read_xyz,
+        "txt": read_xyz,
+        "csv": read_xyz,
     }
 )
-"""By file extension, lower case, without the dot."""
+"""Readers of the bytes of a file by its extension, lower case, without the dot."""
+
+WITH_COMPANIONS: Final[Mapping[str, Callable[[bytes, Companions], TriangleSoup]]] = (
+    MappingProxyType({"obj": read_obj, "glb": read_glb, "gltf": read_gltf})
+)
+"""Readers of files that refer to others, with these."""
+
+TABLES: Final = ("txt", "csv")
+"""Files that are not the shape of an archive: they may be notes or a table beside it."""
