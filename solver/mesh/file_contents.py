@@ -1,6 +1,7 @@
-"""What a mesh file has besides the repaired surface: its textures."""
+"""Textures and texture coordinates of mesh files, with the surface of all faces."""
 
-from solver.mesh.formats import READERS, merge_coincident, mesh_in_zip, read_obj_coordinates
+from solver.mesh.formats import merge_coincident, mesh_in_zip, read_obj_coordinates
+from solver.mesh.reading import read_soup
 from solver.mesh.repair import TriangleSoup
 from solver.mesh.textures import Paint
 from solver.mesh.triangle_mesh import TriangleMesh
@@ -23,9 +24,9 @@ def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] 
     Raises
     ------
     MeshError
-        As :func:`read_mesh`.
+        As :func:`read_soup`.
     """
-    soup = READERS[file_type.lower().lstrip(".")](data)
+    soup = read_soup(data, file_type)
     if soup.paint is None or not soup.paint.textures:
         return None
     return _welded(soup), soup.paint
@@ -47,7 +48,7 @@ def mapped_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | 
     Raises
     ------
     MeshError
-        As :func:`read_mesh`.
+        As :func:`read_soup`.
     """
     kind = file_type.lower().lstrip(".")
     if kind != "obj":
@@ -57,7 +58,7 @@ def mapped_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | 
         kind, data = mesh_in_zip(data)
         if kind != "obj":
             return None
-    soup = read_obj_coordinates(data)
+    soup = read_soup(data, kind, {"obj": read_obj_coordinates})
     if soup.paint is None or (soup.paint.texture_of_face < 0).all():
         return None
     return _welded(soup), soup.paint

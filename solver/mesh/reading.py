@@ -1,5 +1,6 @@
 """Meshes read from files and made of arrays, checked and repaired."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -49,17 +50,36 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     >>> mesh.warnings
     ('cut 1 face of more than three corners into triangles',)
     """
+    return _checked(read_soup(data, file_type))
+
+
+def read_soup(
+    data: bytes, file_type: str, readers: Mapping[str, Callable[[bytes], TriangleSoup]] = READERS
+) -> TriangleSoup:
+    """Read a mesh file as it is.
+
+    Parameters
+    ----------
+    data, file_type
+        As for :func:`read_mesh`.
+    readers
+        By format.
+
+    Raises
+    ------
+    MeshError
+        The format is unknown, or the file is not a complete file of that format.
+    """
     kind = file_type.lower().lstrip(".")
-    if kind not in READERS:
-        raise MeshError(f"unknown mesh format {kind[:20]!r}; use one of {', '.join(MESH_FORMATS)}")
+    if kind not in readers:
+        raise MeshError(f"unknown mesh format {kind[:20]!r}; use one of {', '.join(readers)}")
     if not data:
         raise MeshError("the file is empty")
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # numbers may be any; they are checked
-            contents = READERS[kind](data)
+            return readers[kind](data)
     except MemoryError:
         raise MeshError("the file is too large to be read in the memory there is") from None
-    return _checked(contents)
 
 
 def triangle_mesh(

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.errors import MeshError
-from solver.mesh import MESH_FORMATS, TriangleMesh, read_mesh
+from solver.mesh import MESH_FORMATS, TriangleMesh, mapped_surface, read_mesh, textured_surface
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.solver.mesh.mesh_files import SQUARE
@@ -125,9 +125,20 @@ def test_other_files_are_refused(data: bytes, file_type: str) -> None:
         read_mesh(data, file_type)
 
 
-def test_unknown_formats_are_refused() -> None:
+@pytest.mark.parametrize("read", [read_mesh, textured_surface, mapped_surface])
+def test_unknown_formats_are_refused(read: Callable[[bytes, str], object]) -> None:
     with pytest.raises(MeshError, match="use one of off, obj, ply, stl, glb, gltf, las"):
-        read_mesh(b"x", "fbx")
+        read(b"x", "fbx")
+
+
+def test_numbers_that_overflow_give_no_warnings() -> None:
+    tree, buffer = mesh_files.gltf_tree(100.0 * SQUARE, np.array([[0, 1, 2]]))
+    tree["nodes"][0]["scale"] = [1e308, 1e308, 1e308]
+    data = mesh_files.glb_of(tree, buffer)
+    with pytest.raises(MeshError, match="not a finite number"):
+        read_mesh(data, "glb")
+    for read in (textured_surface, mapped_surface):
+        assert read(data, "glb") is None
 
 
 def test_cuts_in_the_surface_are_closed() -> None:
