@@ -25,7 +25,8 @@ def with_consistent_winding(soup: TriangleSoup) -> TriangleSoup:
 
     A *patch* is connected over edges of two faces. Each gets the winding that most of its area
     already has; if it is closed, or has small holes, and is inside out then, it is flipped as a
-    whole. Non-orientable patches stay as they are.
+    whole. That goes for each patch alone: the inner wall of a shell, whose normals pointed into its
+    hollow, is flipped too. Non-orientable patches stay as they are.
     """
     edges = soup.edges
     pairs, same = same_direction(soup.faces, edges)
