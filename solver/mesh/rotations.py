@@ -35,18 +35,18 @@ def nearest_rotations(moments: FloatArray) -> FloatArray:
     -------
     (n, 3, 3) float64; the identity where M leaves the rotation undetermined.
     """
-    turns = np.empty_like(moments)
+    rotations = np.empty_like(moments)
     matrix = np.empty((4, 4))
     for i in range(len(moments)):
         scale = np.sqrt((moments[i] ** 2).sum())
-        turns[i] = np.eye(3)
+        rotations[i] = np.eye(3)
         if scale > 0.0 and np.isfinite(scale):
             _quaternion_matrix(moments[i] / scale, matrix)
             value = _greatest_eigenvalue(matrix)
             for k in range(4):
                 matrix[k, k] -= value
-            _turn(matrix, turns[i])
-    return turns
+            _null_rotation(matrix, rotations[i])
+    return rotations
 
 
 @kernel
@@ -97,7 +97,7 @@ def _cofactor(matrix: FloatArray, row: int, column: int) -> float:
 
 
 @kernel
-def _turn(singular: FloatArray, turn: FloatArray) -> None:
+def _null_rotation(singular: FloatArray, rotation: FloatArray) -> None:
     """Write the rotation of the quaternion in the null space of a 4 x 4 matrix of rank 3.
 
     The null space is spanned by any column of cofactors; the longest is the most accurate.
@@ -114,8 +114,8 @@ def _turn(singular: FloatArray, turn: FloatArray) -> None:
         return
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
-        turn[a, a] = (
+        rotation[a, a] = (
             q[0] * q[0] + q[a + 1] * q[a + 1] - q[b + 1] * q[b + 1] - q[c + 1] * q[c + 1]
         ) / square
-        turn[a, b] = 2.0 * (q[a + 1] * q[b + 1] + q[0] * q[c + 1]) / square
-        turn[b, a] = 2.0 * (q[a + 1] * q[b + 1] - q[0] * q[c + 1]) / square
+        rotation[a, b] = 2.0 * (q[a + 1] * q[b + 1] + q[0] * q[c + 1]) / square
+        rotation[b, a] = 2.0 * (q[a + 1] * q[b + 1] - q[0] * q[c + 1]) / square

@@ -1,9 +1,9 @@
 """glTF 2.0, binary (GLB) or JSON with its buffers inside or in companion files.
 
 The meshes of the scene are transformed by their nodes, or by the joints of their skins as these are
-placed in the file, and joined into one. A vertex of glTF has one
-normal and one pair of texture coordinates, so files repeat vertices along seams and creases;
-vertices in the same position are merged again.
+placed in the file, and joined into one. A vertex of glTF has one normal and one pair of texture
+coordinates, so files repeat vertices along seams and creases; vertices in the same position are
+merged again.
 
 Texture, COLOR_0 and base colour factor are multiplied in linear light, as the standard demands.
 COLOR_0 itself, linear by the standard, is taken as sRGB like the texels of a texture: most programs

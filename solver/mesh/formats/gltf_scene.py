@@ -73,7 +73,7 @@ class Placement:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What a glTF file shows.
+    """The meshes that a glTF file shows, with their places.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ _NO_NUMBER: Final = re.compile(
     r" '(?P<word>.*)'(?: to float64 at row (?P<row>\d+), column \d+\.)?",
     re.DOTALL,
 )
-"""What Python and NumPy say of a word that is no number."""
+"""Messages of Python and NumPy about a word that is no number."""
 
 _DECIMAL_COMMA: Final = re.compile(r"[+-]?\d+,\d+")
 

@@ -117,7 +117,7 @@ def read_xyz(data: bytes) -> TriangleSoup:
 
 
 def _is_header(first: str, second: Sequence[str]) -> bool:
-    """Whether a first line is no point, nor one with a word that is no number: 1 2 three."""
+    """Return whether a first line is no point, nor one with a word that is no number: 1 2 three."""
     words = first.split()
     numbers = sum(map(_is_number, words))
     wide = [len(line.translate(_SEPARATORS).split()) for line in second]
@@ -236,7 +236,7 @@ def _are_normals(table: FloatArray) -> bool:
 
 
 def _are_colors(table: FloatArray) -> bool:
-    """Whether columns are in 0..1, or whole numbers in 0..255."""
+    """Return whether columns are in 0..1, or whole numbers in 0..255."""
     most = 1.0 if (table <= 1.0).all() else 255.0
     whole = most == 1.0 or (table == np.rint(table)).all()
     return bool(whole and ((table >= 0.0) & (table <= most)).all())

@@ -13,11 +13,11 @@ from solver.mesh.repair.degenerate import (
     without_repeated_faces,
     without_zero_area_faces,
 )
-from solver.mesh.repair.hopeless import checked_components, checked_surface
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
 from solver.mesh.repair.t_junctions import without_t_junctions
 from solver.mesh.repair.triangulation import MOST_CORNERS, triangulated
+from solver.mesh.repair.validity import checked_components, checked_surface
 from solver.mesh.repair.welding import without_duplicate_parts, without_seams, without_short_edges
 from solver.mesh.repair.winding import with_consistent_winding
 

@@ -15,7 +15,7 @@ from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.solver.mesh.repair.damage import (
     HARMLESS,
-    HOPELESS,
+    REFUSED,
     Damage,
     Damaged,
     coordinates,
@@ -70,12 +70,12 @@ def test_a_repaired_mesh_is_matched_by_the_numbers_of_its_file(
     assert [numbers[source] for source, _ in found] == [target for _, target in found]
 
 
-@pytest.mark.parametrize("cause", HOPELESS, ids=name_of)
+@pytest.mark.parametrize("cause", REFUSED, ids=name_of)
 def test_unsound_surfaces_are_refused_with_the_reason(http: httpx2.Client, cause: Damage) -> None:
     data = ply(cause(shapes.blob(3)))
     answer = http.post("/v1/shapes", files={"file": ("m.ply", data)})
     document = problem(answer, 422, "unusable-mesh")
-    assert HOPELESS[cause] in document["detail"]
+    assert REFUSED[cause] in document["detail"]
 
 
 def test_a_result_repeats_what_was_repaired(http: httpx2.Client, upload: Upload) -> None:

@@ -18,7 +18,7 @@ from tests.solver.mesh import mesh_files
 from tests.solver.mesh.repair.damage import (
     DISTORTING,
     HARMLESS,
-    HOPELESS,
+    REFUSED,
     Damage,
     Damaged,
     degenerate,
@@ -113,7 +113,7 @@ def test_damage_that_cannot_be_undone_is_told_of(cause: Damage, told: str) -> No
     assert_sound(mesh)
 
 
-@pytest.mark.parametrize(("cause", "reason"), HOPELESS.items(), ids=name_of)
+@pytest.mark.parametrize(("cause", "reason"), REFUSED.items(), ids=name_of)
 def test_what_is_no_surface_is_refused_with_the_reason(cause: Damage, reason: str) -> None:
     with pytest.raises(MeshError, match=reason):
         read(cause(shapes.blob(3)))

@@ -3,7 +3,7 @@
 A damage takes a closed surface without symmetry and returns what a careless program would have
 written, and where the vertices of the surface are in that. Those of `HARMLESS` leave the surface
 as it is, and must not be noticed in any answer; those of `DISTORTING` change it, and must be told
-of; `HOPELESS` are to be refused, with a reason.
+of; `REFUSED` are to be refused, with a reason.
 """
 
 from collections.abc import Mapping
@@ -18,9 +18,9 @@ from tests.solver.mesh.repair.damage import (
 )
 from tests.solver.mesh.repair.damage.damaged import Damage, Damaged
 from tests.solver.mesh.repair.damage.distorting import DISTORTING
-from tests.solver.mesh.repair.damage.hopeless import HOPELESS
+from tests.solver.mesh.repair.damage.refused import REFUSED
 
-__all__ = ["DISTORTING", "HARMLESS", "HOPELESS", "Damage", "Damaged"]
+__all__ = ["DISTORTING", "HARMLESS", "REFUSED", "Damage", "Damaged"]
 
 HARMLESS: Mapping[Damage, str] = {
     **numbering.TOLD,

@@ -56,7 +56,7 @@ def a_vertex_too_far(mesh: TriangleMesh) -> Damaged:
     return damaged_mesh(mesh, faces=[*mesh.faces.tolist(), [0, 1, mesh.n_vertices]])
 
 
-HOPELESS: Mapping[Damage, str] = {
+REFUSED: Mapping[Damage, str] = {
     not_a_number: "vertex 33 has a coordinate that is not a finite number",
     infinite: "vertex 44 has a coordinate that is not a finite number",
     on_a_line: "no face has an area",
