@@ -1,8 +1,8 @@
 """Textures and texture coordinates of mesh files, with the surface of all faces."""
 
-from solver.mesh.formats import merge_coincident, mesh_in_zip, read_obj_coordinates
+from solver.mesh.formats import mesh_in_zip, read_obj_coordinates
 from solver.mesh.reading import read_soup
-from solver.mesh.repair import TriangleSoup
+from solver.mesh.repair import TriangleSoup, merge_coincident
 from solver.mesh.textures import Paint
 from solver.mesh.triangle_mesh import TriangleMesh
 

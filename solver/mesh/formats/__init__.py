@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from solver.mesh.formats.archive import mesh_in_zip, read_zip
-from solver.mesh.formats.contents import merge_coincident
 from solver.mesh.formats.gltf import read_glb_with
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, scene_of, vertex_set
@@ -41,7 +40,6 @@ __all__ = [
     "check_joints",
     "influences",
     "joint_nodes",
-    "merge_coincident",
     "mesh_in_zip",
     "ply_columns",
     "read_glb_with",

@@ -1,7 +1,6 @@
-"""Operations shared by the readers of all formats: polygons, indices, merging, colours."""
+"""Operations shared by the readers of all formats: polygons, indices, colours."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from solver.mesh.repair import (
     TriangleSoup,
     check_coordinates,
     counted,
-    groups_of_equal_rows,
     triangulated,
 )
 
@@ -84,38 +82,6 @@ def check_indices(corners: IntArray, n_vertices: int) -> None:
             f"a face refers to vertex {wrong}, counted from 0, but the file has {n_vertices} "
             "vertices; the file is cut off or damaged"
         )
-
-
-def merge_coincident(contents: TriangleSoup, reason: str) -> TriangleSoup:
-    """Merge vertices of exactly equal position.
-
-    Parameters
-    ----------
-    contents
-        Vertices and faces of the file.
-    reason
-        Why vertices are repeated: the beginning of the note for the user.
-
-    Returns
-    -------
-    TriangleSoup
-        Vertices in the order of their first appearance, whose index is in `vertex_ids`.
-    """
-    into = groups_of_equal_rows((contents.vertices + 0.0).T)  # -0.0 equals 0.0
-    before = len(into)
-    merged = contents.with_vertices_merged(into)
-    kept = into == np.arange(before)
-    after = int(kept.sum())
-    if after == before:
-        return contents
-    number = np.cumsum(kept) - 1
-    return replace(
-        merged,
-        vertices=contents.vertices[kept],
-        faces=number[merged.faces].astype(np.int64),
-        colors=None if merged.colors is None else merged.colors[kept],
-        vertex_ids=contents.vertex_ids[kept],
-    ).noting(f"{reason}: {before} vertices were merged into {after}")
 
 
 def colors_in_unit_range(values: FloatArray) -> FloatArray | None:

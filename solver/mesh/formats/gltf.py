@@ -21,12 +21,12 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError, SolverError
 from solver.mesh.formats.companions import Companions
-from solver.mesh.formats.contents import check_indices, merge_coincident
+from solver.mesh.formats.contents import check_indices
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_materials import GltfMaterial, GltfMaterials
 from solver.mesh.formats.gltf_scene import MODES, Placement, check_tree, scene_of, vertex_set
 from solver.mesh.formats.gltf_skins import GltfSkins, check_joints, influences, skinned
-from solver.mesh.repair import TriangleSoup
+from solver.mesh.repair import TriangleSoup, merge_coincident
 from solver.mesh.textures import Material, Paint, Texture, linear_light, painted_colors, tinted
 
 T = TypeVar("T")

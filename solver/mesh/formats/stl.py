@@ -6,9 +6,8 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.errors import MeshError
-from solver.mesh.formats.contents import merge_coincident
 from solver.mesh.formats.text import decode, float_table, lines_of
-from solver.mesh.repair import TriangleSoup
+from solver.mesh.repair import TriangleSoup, merge_coincident
 
 _HEADER = 84
 """Bytes before the first facet of a binary file: a comment of 80, and the number of facets."""

@@ -18,7 +18,12 @@ from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, gr
 from solver.mesh.repair.t_junctions import without_t_junctions
 from solver.mesh.repair.triangulation import MOST_CORNERS, triangulated
 from solver.mesh.repair.validity import checked_components, checked_surface
-from solver.mesh.repair.welding import without_duplicate_parts, without_seams, without_short_edges
+from solver.mesh.repair.welding import (
+    merge_coincident,
+    without_duplicate_parts,
+    without_seams,
+    without_short_edges,
+)
 from solver.mesh.repair.winding import with_consistent_winding
 
 _STEPS = (
@@ -44,6 +49,7 @@ __all__ = [
     "counted",
     "denser_than",
     "groups_of_equal_rows",
+    "merge_coincident",
     "repaired",
     "triangulated",
 ]

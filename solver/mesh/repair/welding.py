@@ -4,6 +4,8 @@ Programs repeat vertices along the seams of textures and normals, or store every
 a Laplacian or a geodesic, such a seam is a cut.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import KDTree
 
@@ -33,6 +35,38 @@ angle between them."""
 _MOST_EDGES = 32
 """Boundary edges compared at a point where seams cross; there are some dozen, in a fan of loose
 faces too."""
+
+
+def merge_coincident(soup: TriangleSoup, reason: str) -> TriangleSoup:
+    """Merge vertices of exactly equal position.
+
+    Parameters
+    ----------
+    soup
+        Vertices and faces of the file.
+    reason
+        Why vertices are repeated: the beginning of the note for the user.
+
+    Returns
+    -------
+    TriangleSoup
+        Vertices in the order of their first appearance, whose index is in `vertex_ids`.
+    """
+    into = groups_of_equal_rows((soup.vertices + 0.0).T)  # -0.0 equals 0.0
+    before = len(into)
+    merged = soup.with_vertices_merged(into)
+    kept = into == np.arange(before)
+    after = int(kept.sum())
+    if after == before:
+        return soup
+    number = np.cumsum(kept) - 1
+    return replace(
+        merged,
+        vertices=soup.vertices[kept],
+        faces=number[merged.faces].astype(np.int64),
+        colors=None if merged.colors is None else merged.colors[kept],
+        vertex_ids=soup.vertex_ids[kept],
+    ).noting(f"{reason}: {before} vertices were merged into {after}")
 
 
 def without_duplicate_parts(soup: TriangleSoup) -> TriangleSoup:
