@@ -9,6 +9,7 @@ that fails, or whose shape was deleted, does not end the batch.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import compress
 
 from redis.client import Pipeline
 from redis.exceptions import WatchError
@@ -28,7 +29,7 @@ from broker.contracts import (
 from broker.queue.new_jobs import batch_match_id, new_batch_match, parsed_match_id
 from broker.queue.rq_queues import RqQueues
 from broker.queue.workers import worker_states
-from broker.store import QueuedMatches, Store, states_of
+from broker.store import QueuedMatches, Store
 
 _EXPIRED = Problem.of(ProblemType.JOB_EXPIRED, "The match ended long ago and is no longer kept.")
 
@@ -77,11 +78,13 @@ class Batches:
     def matches(self, record: JobRecord) -> tuple[BatchMatch, ...]:
         """Return what is known of the matches of a batch, in the order of its targets."""
         names = [batch_match_id(record.id, place) for place in range(_count(record))]
-        found = self.store.jobs.records(names)
-        missing = [name for name, one in zip(names, found, strict=True) if one is None]
-        states = self._states(missing)
+        found = dict(zip(names, self.store.jobs.records(names), strict=True))
+        begun = self._begun([name for name, one in found.items() if one is None])
+        # Matches that were queued between the two reads have a record now.
+        found |= zip(begun, self.store.jobs.records(begun), strict=True)
+        expired = {name for name in begun if found[name] is None}
         summaries = self.store.results.summaries(names)
-        known = zip(map(states.get, names), found, summaries, strict=True)
+        known = zip(found.values(), (name in expired for name in names), summaries, strict=True)
         return tuple(_match(record, place, *one) for place, one in enumerate(known))
 
     def waiting_match(self, match: str) -> JobRecord | None:
@@ -136,19 +139,12 @@ class Batches:
     def _look(self, record: JobRecord) -> QueuedMatches:
         return self.store.chunks.matches(record.id, _count(record))
 
-    def _states(self, matches: Sequence[str]) -> dict[str, JobState]:
-        """States of matches by id: failed if it has expired, none before it is queued."""
-        keys = self.store.keys
-        found = states_of(self.store, matches)
+    def _begun(self, matches: Sequence[str]) -> list[str]:
+        """Return those of these matches that were queued at some time."""
         with self.store.client.pipeline(transaction=False) as pipe:
-            for one in matches:
-                pipe.exists(keys.job_tombstone(one))
-            begun = pipe.execute()
-        return {
-            one: state or JobState.FAILED
-            for one, state, was_queued in zip(matches, found, begun, strict=True)
-            if state or was_queued
-        }
+            for match in matches:
+                pipe.exists(self.store.keys.job_tombstone(match))
+            return list(compress(matches, pipe.execute()))
 
     def _queue(self, record: JobRecord, place: int) -> None:
         """Queue a match, unless another process has, or the batch has changed meanwhile."""
@@ -211,8 +207,8 @@ def _unqueued(batch: JobRecord) -> JobState:
 def _match(
     batch: JobRecord,
     place: int,
-    state: JobState | None,
     record: JobRecord | None,
+    has_expired: bool,
     summary: Summary | None,
 ) -> BatchMatch:
     payload = batch.payload
@@ -220,10 +216,10 @@ def _match(
     error = None if record is None else record.error
     if record is not None:
         shown = record.state
-    elif state is None:
-        shown = _unqueued(batch)
+    elif has_expired:
+        shown, error = JobState.FAILED, _EXPIRED
     else:
-        shown, error = state, _EXPIRED
+        shown = _unqueued(batch)
     done = shown is JobState.SUCCEEDED
     return BatchMatch(
         target=payload.targets[place],

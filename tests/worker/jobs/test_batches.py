@@ -5,7 +5,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 from pathlib import Path
@@ -27,6 +27,7 @@ from broker.queue import JobQueue, new_job
 from broker.queue.batches import Batches
 from broker.queue.new_jobs import new_batch_match
 from broker.store import DEFAULT_KEYS, QueuedMatches, text
+from broker.store.jobs import Jobs
 from broker.upkeep import RecoveryTimeouts, recover
 from tests.broker.store.test_blobs import files
 from tests.worker.figures import blob_file
@@ -189,6 +190,32 @@ def test_the_progress_of_a_batch_never_decreases(
     now = store.jobs.get(batch.id)
     assert now is not None
     assert now.progress == Progress(stage="3 of 4 matches", fraction=0.75)
+
+
+def test_a_match_that_is_queued_while_matches_are_read_has_not_expired(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs, read = queue.store.jobs, Jobs.records
+    batch = queue.submit(of("a", ["b"] * 4, MatchParameters()))
+    waiting = [f"{batch.id}-{place}" for place in (2, 3, 4)]
+
+    def records(store: Jobs, job_ids: Sequence[str]) -> list[JobRecord | None]:
+        found = read(store, job_ids)
+        if waiting:
+            # One is queued, one runs and one has ended after its record was not found.
+            for match in waiting:
+                queue.batches.queue_waiting(match)
+            ended, running, _ = waiting
+            waiting.clear()
+            assert jobs.claim(ended, "me")
+            assert jobs.succeed(ended, "me", b"{}")
+            assert jobs.claim(running, "me")
+        return found
+
+    monkeypatch.setattr(Jobs, "records", records)
+    shown = [(one.state, one.error) for one in queue.batches.matches(batch)]
+    states = JobState.QUEUED, JobState.SUCCEEDED, JobState.RUNNING, JobState.QUEUED
+    assert shown == [(state, None) for state in states]
 
 
 def test_early_ends_of_matches_are_counted_whatever_they_are(queue: JobQueue) -> None:
