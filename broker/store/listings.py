@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import blake2b
+from itertools import accumulate
 from typing import Final, Generic, TypeVar, cast
 
 from redis import Redis
@@ -15,8 +16,11 @@ from broker.store.replies import text
 
 ItemT = TypeVar("ItemT")
 
-SWEEP_COUNT: Final = 500
-"""Entries that one step of a sweep looks at, as a hint to Redis."""
+SWEEP_COUNT: Final = 20_000
+"""Entries that one step of a sweep looks at."""
+
+_AT_A_TIME: Final = 500
+"""Entries for which Redis waits, about a millisecond."""
 
 MOST_SKIPPED: Final = 1000
 """Entries that one page skips, after which it ends."""
@@ -94,7 +98,7 @@ class Listing:
                 last = (score, member)
                 item = found.get(member)
                 if member in found and item is None:
-                    self.unlist(member, self.client)
+                    self.unlist([member], self.client)
                 if item is not None and matches(item):
                     items.append(item)
                 else:
@@ -102,10 +106,10 @@ class Listing:
         more = last if last and self._entries(last, 1) else None
         return Page(tuple(items), None if more is None else _encode(more, scope))
 
-    def unlist(self, member: str, client: Redis) -> None:
-        """Remove an entry, unless there is a record of it."""
+    def unlist(self, members: Sequence[str], client: Redis) -> None:
+        """Remove those of these entries of which there is no record."""
         # A shape may have been uploaded again since its record was read.
-        scripts.UNLIST(client, [self.key, self.record(member)], member)
+        scripts.UNLIST(client, [self.key, *map(self.record, members)], *members)
 
     def _entries(self, last: tuple[float, str] | None, count: int) -> list[tuple[str, float]]:
         start = math.inf if last is None else last[0]
@@ -126,8 +130,8 @@ class Listing:
         return entries[:count]
 
 
-def sweep(client: Redis, listings: Sequence[Listing], cursor: int) -> tuple[int, int]:
-    """Remove entries whose record has expired from a part of each of some listings.
+def sweep(client: Redis, listings: Sequence[Listing], start: int) -> tuple[int, int]:
+    """Remove entries whose record has expired from the next `SWEEP_COUNT` entries of some listings.
 
     Parameters
     ----------
@@ -135,30 +139,40 @@ def sweep(client: Redis, listings: Sequence[Listing], cursor: int) -> tuple[int,
         Connection to Redis.
     listings
         At least one.
-    cursor
-        In the first of them: 0 to begin, or the result of the step before. Others are begun.
+    start
+        Rank of the next entry in the first of them: 0 to begin, or the result of the step before.
+        An entry that is passed over, because others changed the ranks, is seen in the next round.
 
     Returns
     -------
-    How many of the first are done, and the cursor in the next one.
+    How many of the listings are done, and the rank of the next entry in the one after them.
     """
     with client.pipeline(transaction=False) as pipe:
-        for number, listing in enumerate(listings):
-            pipe.zscan(listing.key, 0 if number else cursor, count=SWEEP_COUNT)
-        replies = cast(list[tuple[int, list[tuple[bytes, float]]]], pipe.execute())
-    done = next((number for number, (left, _) in enumerate(replies) if left), len(replies))
-    parts = zip(listings, replies[: done + 1], strict=False)
-    entries = [(listing, text(member)) for listing, (_, found) in parts for member, _ in found]
-    with client.pipeline(transaction=False) as pipe:
-        for listing, member in entries:
-            pipe.exists(listing.record(member))
-        found_records = pipe.execute()
-    with client.pipeline(transaction=False) as pipe:
-        for (listing, member), exists in zip(entries, found_records, strict=True):
-            if not exists:
-                listing.unlist(member, pipe)
-        pipe.execute()
-    return done, replies[done][0] if done < len(replies) else 0
+        for listing in listings:
+            pipe.zcard(listing.key)
+        counts = cast(list[int], pipe.execute())
+        start = min(start, counts[0])
+        stop = start + SWEEP_COUNT
+        # As if they were one listing: where each of them begins, and the last one ends.
+        begins = list(accumulate(counts, initial=0))
+        ranges = zip(listings, counts, begins, strict=False)
+        swept = [(one, begin) for one, count, begin in ranges if count and begin < stop]
+        for listing, begin in swept:
+            pipe.zrange(listing.key, max(start - begin, 0), stop - begin - 1)
+        found = cast(list[list[bytes]], pipe.execute())
+        parts = [
+            (listing, [text(member) for member in members[first : first + _AT_A_TIME]])
+            for (listing, _), members in zip(swept, found, strict=True)
+            for first in range(0, len(members), _AT_A_TIME)
+        ]
+        for listing, members in parts:
+            listing.unlist(members, pipe)
+        removed = cast(list[int], pipe.execute())
+    done = sum(end <= stop for end in begins[1:])
+    if done == len(listings):
+        return done, 0
+    gone = sum(n for (one, _), n in zip(parts, removed, strict=True) if one is listings[done])
+    return done, stop - begins[done] - gone
 
 
 def _encode(last: tuple[float, str], scope: str) -> str:

@@ -7,8 +7,8 @@ from typing import Final
 from broker.contracts import JobState, is_prototype
 from broker.store import Keys, Listing, Store, sweep, text
 
-_LISTINGS: Final = 100
-"""Listings that are swept at a time, at most."""
+_LISTINGS: Final = 1000
+"""Listings that are swept at a time, at most; few of them have many entries."""
 
 
 def evict_deleted(store: Store, ids: Sequence[str]) -> None:
@@ -54,14 +54,14 @@ class Sweep:
     store: Store
 
     def step(self) -> None:
-        """Sweep a part of each of the next listings, up to one that has more entries than that."""
+        """Sweep the next entries of the listings, which are of one or more of them."""
         client = self.store.client
-        place, cursor = map(int, text(client.get(Keys.LISTING_SWEEP) or b"0 0").split())
+        place, start = map(int, text(client.get(Keys.LISTING_SWEEP) or b"0 0").split())
         keys = [Keys(tenant) for tenant in self.store.tenants()]
         every = [Listing(client, *one) for own in keys for one in _listings(own).items()]
         place %= len(every)
-        done, cursor = sweep(client, every[place : place + _LISTINGS], cursor)
-        client.set(Keys.LISTING_SWEEP, f"{place + done} {cursor}")
+        done, start = sweep(client, every[place : place + _LISTINGS], start)
+        client.set(Keys.LISTING_SWEEP, f"{place + done} {start}")
 
 
 def _listings(keys: Keys) -> dict[str, Callable[[str], str]]:

@@ -1,7 +1,11 @@
--- Remove an entry from a listing unless its record exists (again).
--- KEYS  1 listing, 2 record
--- ARGV  1 entry
-if redis.call('EXISTS', KEYS[2]) == 1 then
-    return 0
+-- Remove entries from a listing unless their records exist (again).
+-- KEYS  1 listing, then the record of each entry
+-- ARGV  entries
+-- Returns how many were removed.
+local removed = 0
+for place, entry in ipairs(ARGV) do
+    if redis.call('EXISTS', KEYS[place + 1]) == 0 then
+        removed = removed + redis.call('ZREM', KEYS[1], entry)
+    end
 end
-return redis.call('ZREM', KEYS[1], ARGV[1])
+return removed

@@ -12,7 +12,7 @@ from broker.contracts import (
     ValidationPayload,
 )
 from broker.queue import JobQueue, QueueSettings
-from broker.store import DEFAULT_KEYS, Store, listings
+from broker.store import DEFAULT_KEYS, Keys, Store, listings
 from broker.upkeep import Sweep
 from tests.worker.records import CREATED, shape_record
 from worker.jobs.failures import newer_version
@@ -144,3 +144,28 @@ def test_expired_entries_leave_the_listings(kept: Store, monkeypatch: pytest.Mon
     for listing in (DEFAULT_KEYS.jobs, DEFAULT_KEYS.jobs_in(JobState.QUEUED)):
         assert {*kept.client.zrange(listing, 0, -1)} == {job.encode() for job in jobs[1::2]}
     assert kept.client.zrange(DEFAULT_KEYS.shapes, 0, -1) == [b"b" * 32]
+
+
+def test_large_listings_of_many_tenants_are_swept_in_few_steps(store: Store) -> None:
+    tenants = [Keys(f"tenant{number}") for number in range(20)]
+    kept, step = {f"kept{number}": number for number in range(700)}, Sweep(store).step
+    for keys in tenants:
+        store.client.sadd(Keys.TENANTS, keys.tenant)
+        store.client.mset({keys.job(name): "" for name in kept})
+        store.client.zadd(keys.jobs, kept | {f"gone{number}": number for number in range(700)})
+    for _ in range(2):
+        step()
+    for keys in tenants:
+        assert store.client.zcard(keys.jobs) == len(kept)
+
+
+def test_a_listing_that_loses_entries_is_swept_in_one_round(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(listings, "SWEEP_COUNT", 10)
+    jobs = DEFAULT_KEYS.jobs
+    store.client.zadd(jobs, {f"{number:03}": number for number in range(100)})
+    store.client.mset({DEFAULT_KEYS.job(f"{number:03}"): "" for number in range(0, 100, 3)})
+    for _ in range(10):
+        Sweep(store).step()
+    assert store.client.zcard(jobs) == 34
