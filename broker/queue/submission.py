@@ -269,9 +269,13 @@ class JobQueue:
         number = self.store.chunks.number_time_slice(record.id)
         if number is None:
             return
-        with self.store.client.pipeline() as pipe:
-            self._enqueue_time_slice(record, number, pipe)
-            pipe.execute()
+        time_slice = new_time_slice(record, number)
+
+        def attempt(pipe: Pipeline) -> None:
+            if self._stored(time_slice, pipe) is None:
+                self._enqueue_time_slice(record, time_slice, pipe)
+
+        transact(self.store.client, attempt)
 
     def job(self, job_id: str) -> JobRecord | None:
         """Return a job in its present state, or None if it does not exist (any more).
@@ -350,15 +354,14 @@ class JobQueue:
 
     def _enqueue(self, record: JobRecord, pipe: Pipeline) -> None:
         if record.kind is JobKind.DISSIMILARITIES:
-            self._enqueue_time_slice(record, 1, pipe)
+            self._enqueue_time_slice(record, new_time_slice(record, 1), pipe)
             self.store.chunks.create(record.id, pipe)
         elif record.kind is JobKind.BATCH:
             self.batches.enqueue(new_batch_match(record, 0), pipe)
         else:
             self.rq.enqueue(record, pipe)
 
-    def _enqueue_time_slice(self, record: JobRecord, number: int, pipe: Pipeline) -> None:
-        time_slice = new_time_slice(record, number)
+    def _enqueue_time_slice(self, record: JobRecord, time_slice: JobRecord, pipe: Pipeline) -> None:
         self.rq.enqueue(time_slice, pipe)
         self.store.jobs.create(time_slice, pipe)
         self.store.chunks.add_time_slice(record.id, time_slice.id, pipe)
@@ -379,11 +382,9 @@ class JobQueue:
         """Store an admitted job and queue it; return that of an equal request that was first."""
 
         def attempt(pipe: Pipeline) -> JobRecord:
-            if idempotency is not None:
-                pipe.watch(self.store.keys.job(record.id))
-                known = self.store.jobs.get(record.id)
-                if known is not None:
-                    return known
+            known = self._stored(record, pipe)
+            if known is not None:
+                return known
             # First, because RQ begins the transaction itself.
             self._enqueue(record, pipe)
             self.store.jobs.create(record, pipe)
@@ -419,6 +420,8 @@ class JobQueue:
             return partial(pipe.set, marker, record.id, ex=_MARKED_SECONDS)
 
         def attempt(pipe: Pipeline) -> str:
+            if self._stored(record, pipe) is not None:
+                return record.id
             holder = self._live_job(marker, pipe)
             if holder is not None:
                 return holder
@@ -436,6 +439,15 @@ class JobQueue:
     def _drawing(self, payload: PicturePayload) -> str:
         """Key that names the job that draws a picture."""
         return self.store.keys.picture_job(payload.job, payload.variant)
+
+    def _stored(self, record: JobRecord, pipe: Pipeline) -> JobRecord | None:
+        """Return a job that is about to be stored, if it is already, and watch its key.
+
+        The reply to the transaction that stored it may have been lost, or a request with the same
+        idempotency key was first.
+        """
+        pipe.watch(self.store.keys.job(record.id))
+        return self.store.jobs.get(record.id)
 
     def _live_job(self, marker: str, pipe: Pipeline) -> str | None:
         """Return the job that a key names, unless it has ended, and watch the key."""
