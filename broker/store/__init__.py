@@ -22,6 +22,7 @@ from broker.store.connections import (
     StoreSettings,
     connect,
     memory,
+    server_time,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
 from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLost
@@ -40,7 +41,7 @@ from broker.store.spectra import Spectra, SpectrumCounts
 from broker.store.tenant_data import TenantData
 from broker.store.transactions import transact
 from broker.store.uploads import CandidateGone, Uploads
-from broker.store.watching import are_running, have_ended, signs, states_of
+from broker.store.watching import are_running, have_ended, signs
 from broker.store.webhooks import Webhooks
 
 __all__ = [
@@ -97,9 +98,9 @@ __all__ = [
     "memory",
     "pieces",
     "renewed",
+    "server_time",
     "signs",
     "size_of",
-    "states_of",
     "sweep",
     "text",
     "transact",

@@ -94,6 +94,12 @@ def memory(client: Redis) -> tuple[int, int]:
     return int(told["used_memory"]), int(told.get("maxmemory", 0))
 
 
+def server_time(client: Redis) -> float:
+    """Return the seconds since the epoch by the clock of a Redis, which all processes share."""
+    seconds, microseconds = client.time()
+    return float(seconds + microseconds / 1e6)
+
+
 def connect(
     url: str, retry_seconds: float, pause: float = 1.0, timeout: float | None = None
 ) -> Redis:

@@ -1,6 +1,5 @@
 """Webhooks in Redis: when each is due, the attempts to deliver it, and the outcome."""
 
-import time
 from dataclasses import dataclass
 from typing import Final, cast
 
@@ -9,6 +8,7 @@ from redis.client import Pipeline
 
 from broker.contracts import Delivery
 from broker.store import scripts
+from broker.store.connections import server_time
 from broker.store.replies import text
 from broker.store.tenant_data import TenantData
 
@@ -25,14 +25,13 @@ class Webhooks(TenantData):
 
     def due(self, most: int) -> list[str]:
         """Return jobs whose webhook is due, the earliest first."""
-        found = self.client.zrangebyscore(
-            self.keys.webhooks, "-inf", time.time(), start=0, num=most
-        )
+        now = server_time(self.client)
+        found = self.client.zrangebyscore(self.keys.webhooks, "-inf", now, start=0, num=most)
         return list(map(text, cast(list[bytes], found)))
 
     def postpone(self, job_id: str, client: Redis | None = None) -> None:
         """Make a webhook that is in the list due again after :data:`LEASE`."""
-        later = {job_id: time.time() + LEASE}
+        later = {job_id: server_time(self.client) + LEASE}
         (client or self.client).zadd(self.keys.webhooks, later, xx=True)
 
     def begin(self, job_id: str, attempt: int, pipe: Pipeline) -> None:

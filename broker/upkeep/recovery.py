@@ -35,7 +35,7 @@ from broker.contracts import (
     UploadPayload,
 )
 from broker.queue import JobQueue, tenant_of
-from broker.store import ActiveJob, Keys, NewerRecord, Store, renewed, text
+from broker.store import ActiveJob, Keys, NewerRecord, Store, renewed, server_time, text
 from broker.telemetry import logger
 from broker.tracing import past_span
 
@@ -172,8 +172,7 @@ def recover(queue: JobQueue, timeouts: RecoveryTimeouts | None = None) -> None:
 def clock_is_right(queue: JobQueue) -> bool:
     """Return whether the clocks of this machine and of Redis differ by less than a heartbeat."""
     before = time.time()
-    seconds, microseconds = queue.store.client.time()
-    there = seconds + microseconds / 1e6
+    there = server_time(queue.store.client)
     skew = max(before - there, there - time.time())
     if skew > queue.settings.heartbeat:
         log.error(

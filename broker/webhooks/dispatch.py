@@ -7,7 +7,6 @@ lost, its webhook is due again after a lease: it is delivered at least once, and
 twice.
 """
 
-import time
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from typing import Annotated, Final
@@ -18,6 +17,7 @@ from pydantic_settings import BaseSettings, NoDecode
 from broker.contracts import Delivery, DeliveryPayload, DeliveryState, RequestOrigin
 from broker.environment import FROM_ENVIRONMENT
 from broker.queue import JobQueue
+from broker.store import server_time
 from broker.telemetry import logger
 from broker.webhooks.addresses import Network, read_networks
 
@@ -68,7 +68,7 @@ def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
     settings
         Limit of the attempts.
     """
-    now = time.time()
+    now = server_time(queue.store.client)
     due = queue.store.of_each(lambda pipe, keys: pipe.zcount(keys.webhooks, "-inf", now))
     for tenant, count in due.items():
         if count:

@@ -1,12 +1,14 @@
 """Upkeep that several processes share: each task is done once in its interval, by any of them."""
 
+import time
 from collections.abc import Callable
 
 import pytest
 
-from broker.contracts import MatchParameters, MatchPayload
+from broker.contracts import MatchParameters, MatchPayload, RequestOrigin, Webhook
 from broker.queue import JobQueue
-from broker.store import Keys
+from broker.store import DEFAULT_KEYS, Keys
+from broker.store.webhooks import LEASE
 from broker.upkeep import Upkeep, recover
 from broker.webhooks import INTERVAL, WebhookSettings, dispatch
 from service.monitoring import StoreCollector
@@ -60,3 +62,19 @@ def test_idle_tenants_cost_no_round_trips(queue: JobQueue) -> None:
         before = queue.store.client.info("stats")["total_reads_processed"]
         task()
         assert queue.store.client.info("stats")["total_reads_processed"] - before < len(tenants)
+
+
+@pytest.mark.parametrize("ahead", [-3600.0, 3600.0])
+def test_webhooks_are_dispatched_whatever_the_clock_of_the_process(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch, ahead: float
+) -> None:
+    store, clock = queue.store, time.time
+    job = queue.submit(MATCH, RequestOrigin(webhook=Webhook(url="http://example.org/"))).id
+    assert store.jobs.claim(job, "me")
+    assert store.jobs.succeed(job, "me", b"{}")
+    monkeypatch.setattr(time, "time", lambda: clock() + ahead)
+    Upkeep(queue, WebhookSettings()).dispatch()
+    assert store.client.exists(DEFAULT_KEYS.delivery)
+    due = store.client.zscore(DEFAULT_KEYS.webhooks, job)
+    assert due is not None
+    assert 0 < due - clock() <= LEASE
