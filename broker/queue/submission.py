@@ -369,7 +369,13 @@ class JobQueue:
     def _admitted(self, record: JobRecord, idempotency: IdempotencyRecord | None) -> JobRecord:
         """Admit a job, which gets the id of an equal earlier request."""
         if idempotency is not None:
-            reserved = self.store.admission.reserve(idempotency, record.id)
+            jobs, admission = self.store.jobs, self.store.admission
+            reserved = admission.reserve(idempotency, record.id)
+            # In this order: a job that is stored meanwhile has not expired.
+            if jobs.expired(reserved) and not jobs.exists(reserved):
+                # What is left of the matches of a batch would count as those of the new one.
+                admission.forget(idempotency, reserved)
+                reserved = admission.reserve(idempotency, record.id)
             record = record.model_copy(update={"id": reserved})
         if record.is_listed:
             quota = self.store.quotas.get()

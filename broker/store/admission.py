@@ -92,6 +92,12 @@ class Admission(TenantData):
         entry = f"{idempotency.content}:{job_id}"
         pipe.set(self.keys.idempotency_record(idempotency.name), entry, ex=idempotency.seconds)
 
+    def forget(self, idempotency: IdempotencyRecord, job_id: str) -> None:
+        """Delete the record of a request if its job is still this one."""
+        entry = f"{idempotency.content}:{job_id}"
+        key = self.keys.idempotency_record(idempotency.name)
+        scripts.RELEASE_LOCK(self.client, [key], entry)
+
     def bind(self, idempotency: IdempotencyRecord) -> None:
         """Store the record of a request that makes no job of its own.
 

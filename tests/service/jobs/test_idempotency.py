@@ -105,6 +105,23 @@ def test_a_key_outlives_neither_its_time_nor_its_job(http: httpx2.Client, api: A
     assert ask(http, "a", points=16).json()["id"] != second["id"]
 
 
+def test_a_key_that_outlives_a_batch_makes_a_new_one(http: httpx2.Client, api: Api) -> None:
+    body = {"source": BODY["source"], "targets": [BODY["target"]] * 3}
+
+    def batch() -> Json:
+        return dict(http.post("/v1/batches", json=body, headers={KEY: "a"}).json())
+
+    first = batch()["id"]
+    # All of it has ended and expired.
+    api.store.client.delete(*map(DEFAULT_KEYS.job, (first, f"{first}-1", f"{first}-2")))
+    api.store.client.set(DEFAULT_KEYS.job_tombstone(f"{first}-2"), "", ex=100)
+    second = batch()
+    assert second["id"] != first
+    assert batch()["id"] == second["id"]
+    matches = http.get(f"/v1/batches/{second['id']}").json()["matches"]
+    assert [one["state"] for one in matches] == ["queued"] * 3
+
+
 def test_a_key_whose_request_was_one_too_many(http: httpx2.Client, api: Api) -> None:
     first, *_ = (ask(http).json()["id"] for _ in range(LIMIT))
     problem(ask(http, "a"), 429, "too-many-jobs")
