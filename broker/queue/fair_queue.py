@@ -70,7 +70,8 @@ class FairQueue(Queue):
         if not self.remove(job):
             return
         flow = job.get_meta(refresh=False).get(_SHARE, {}).get("flow", "")
-        with self.connection.pipeline() as pipe:
+        # A full Redis, such as 7.0, refuses all commands of a transaction.
+        with self.connection.pipeline(transaction=False) as pipe:
             # Not `job.delete()`: it fails if a lost execution of the job is half expired.
             pipe.delete(job.key, job.execution_registry.key)
             pipe.zrem(self._tags, job.id)

@@ -5,11 +5,13 @@ the next. Nor is a batch: its matches are.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import BinaryIO, Final, Self
 
 from redis.client import Pipeline
+from redis.exceptions import OutOfMemoryError
 
 from broker.blobs import BlobError
 from broker.contracts import (
@@ -303,7 +305,9 @@ class JobQueue:
         if after in (JobState.RUNNING, JobState.CANCELLED):
             self._withdraw_spectra(record)
         if record.batch is not None:
-            self.batches.advance(record.batch)
+            # Where Redis is full, the next match is queued by recovery.
+            with suppress(OutOfMemoryError):
+                self.batches.advance(record.batch)
         elif after is JobState.CANCELLED and isinstance(record.payload, UploadPayload):
             self.store.uploads.reject(record.payload.upload, record.payload.file_type, job_id)
         elif after is JobState.CANCELLED and record.kind is JobKind.BATCH:

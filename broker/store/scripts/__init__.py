@@ -35,13 +35,13 @@ def _read(*names: str) -> LuaScript:
 
 
 CLAIM_JOB: Final = _read("job_transitions", "claim_job")
-FINISH_JOB: Final = _read("held", "job_transitions", "finish_job")
-CANCEL_JOB: Final = _read("job_transitions", "cancel_job")
+FINISH_JOB: Final = _read("when_full", "held", "job_transitions", "finish_job")
+CANCEL_JOB: Final = _read("when_full", "job_transitions", "cancel_job")
 LOSE_JOB: Final = _read("job_transitions", "lose_job")
 ADMIT_JOB: Final = _read("admit_job")
-BATCH_MATCHES: Final = _read("batch_matches")
+BATCH_MATCHES: Final = _read("when_full", "batch_matches")
 JOB_FIELDS: Final = _read("job_fields")
-REPORT_PROGRESS: Final = _read("report_progress")
+REPORT_PROGRESS: Final = _read("when_full", "report_progress")
 CLAIM_CHUNK: Final = _read("sliced_job", "claim_chunk")
 OPEN_STAGE: Final = _read("sliced_job", "open_stage")
 COMPLETE_CHUNK: Final = _read("sliced_job", "complete_chunk")

@@ -1,14 +1,19 @@
-"""Cancellation of jobs that spectra were queued for, and loss of the spectra's own jobs."""
+"""Cancellation of jobs, also while Redis is full; spectra that were queued for them."""
+
+from collections.abc import Callable, Iterator
 
 import pytest
 
 from broker.contracts import (
+    BatchPayload,
     ConsistentMapsPayload,
     JobKind,
     JobRecord,
     JobState,
     MatchParameters,
     MatchPayload,
+    PicturePayload,
+    Progress,
 )
 from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, ActiveJob
@@ -27,6 +32,62 @@ def maps(queue: JobQueue) -> JobRecord:
     for number in range(len(SHAPES)):
         accepted(queue.store, numbered(number))
     return queue.submit(MAPS)
+
+
+@pytest.fixture
+def full(queue: JobQueue) -> Iterator[Callable[[], object]]:
+    """Leaves Redis no memory."""
+    config = queue.store.client.config_set
+    yield lambda: config("maxmemory", 1)
+    config("maxmemory", 0)
+
+
+def test_a_batch_is_cancelled_while_redis_is_full(
+    queue: JobQueue, full: Callable[[], object]
+) -> None:
+    jobs, payload = (
+        queue.store.jobs,
+        BatchPayload(
+            source="a", targets=("b",) * 3, target_names=(None,) * 3, parameters=MatchParameters()
+        ),
+    )
+    batch = queue.submit(payload).id
+    queued, running = f"{batch}-1", f"{batch}-2"
+    queue.batches.queue_waiting(running)
+    assert jobs.claim(running, "me")
+    assert queue.batches.begin(batch)
+    full()
+    queue.cancel(batch)
+    assert [jobs.state(one) for one in (batch, queued)] == [JobState.CANCELLED] * 2
+    assert not jobs.is_held(running, "me"), "it is asked to stop"
+    assert jobs.finish_cancelled(running, "me")
+
+
+def test_jobs_are_cancelled_while_redis_is_full(
+    queue: JobQueue, full: Callable[[], object]
+) -> None:
+    jobs, match = queue.store.jobs, MatchPayload(source="a", target="b", parameters=DENSE)
+    payload = BatchPayload(
+        source="a", targets=("b",) * 3, target_names=(None,) * 3, parameters=DENSE
+    )
+    first, last = f"{queue.submit(payload).id}-1", queue.submit(match).id
+    picture = queue.submit_picture(PicturePayload(job="x"))
+    assert jobs.claim(last, "me")
+    full()
+    for job in (first, picture, last):
+        queue.cancel(job)
+    states = JobState.CANCELLED, JobState.CANCELLED, JobState.RUNNING
+    assert tuple(map(jobs.state, (first, picture, last))) == states
+    assert not jobs.report(last, "me", Progress(stage="x", fraction=0.5))
+
+
+def test_progress_is_reported_while_redis_is_full(
+    queue: JobQueue, full: Callable[[], object]
+) -> None:
+    job = queue.submit(MatchPayload(source="a", target="b", parameters=DENSE)).id
+    assert queue.store.jobs.claim(job, "me")
+    full()
+    assert queue.store.jobs.report(job, "me", Progress(stage="x", fraction=0.5))
 
 
 def waiting_spectra(queue: JobQueue) -> list[ActiveJob]:
