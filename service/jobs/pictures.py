@@ -225,6 +225,7 @@ async def presented(
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
         picture = await run_in_threadpool(service.store.results.open_picture, payload)
         if picture is None:
+            await run_in_threadpool(_check_kept, service, payload)
             if record is not None and record.error is not None:
                 raise Reported(record.error)
             raise PictureNotReady("It is still being made; ask again.")
@@ -238,6 +239,11 @@ def _made(service: Service, payload: PicturePayload) -> BinaryIO | None:
     except BlobLost as error:
         log.warning("a picture is made again", error=str(error))
         return None
+
+
+def _check_kept(service: Service, payload: PicturePayload) -> None:
+    """Refuse what is of a result that was deleted or has expired, maybe while it was made."""
+    check_kept(service, job_with_result(service, payload.job))
 
 
 def _check(service: Service, payload: PicturePayload) -> None:

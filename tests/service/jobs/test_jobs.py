@@ -268,6 +268,16 @@ def test_a_result_is_read_by_the_worker_alone(idle: tuple[httpx2.Client, Api]) -
     problem(http.get(picture, params={"view": "left"}), 410, "content-lost")
 
 
+def test_a_picture_whose_result_is_deleted_meanwhile(idle: tuple[httpx2.Client, Api]) -> None:
+    http, api = idle
+    job = ask(http, put_shapes(api), metric="geodesic", descriptor="none", orientation=False)
+    assert api.store.jobs.claim(job["id"], "runner")
+    assert api.store.jobs.succeed(job["id"], "runner", b"{}")
+    problem(http.get(job["links"]["picture"]), 503, "picture-not-ready")
+    assert http.delete(f"/v1/jobs/{job['id']}/result").status_code == 204
+    problem(http.get(job["links"]["picture"]), 410, "result-expired")
+
+
 def test_a_long_poll_ends_with_the_time_or_the_job(idle: tuple[httpx2.Client, Api]) -> None:
     http, api = idle
     job = ask(http, put_shapes(api), metric="geodesic", descriptor="none", orientation=False)
