@@ -106,11 +106,12 @@ class Spectra(TenantData):
 
     def get_many(self, names: Sequence[str]) -> list[bytes | None]:
         """Return the cached blobs of these names, None for the others, and record the use."""
+        if not names:
+            return []
         found: list[bytes | None] = [None] * len(names)
         with self._tolerating_failure():
-            if names:
-                replies = self._available_cache().mget([*map(Keys.cached_spectrum, names)])
-                found = [blob(reply) for reply in replies]
+            replies = self._available_cache().mget([*map(Keys.cached_spectrum, names)])
+            found = [blob(reply) for reply in replies]
             now = time.time()
             used = {name: now for name, data in zip(names, found, strict=True) if data is not None}
             if used:

@@ -185,6 +185,7 @@ def test_the_circuit_opens_after_one_timeout(store: Store, monkeypatch: pytest.M
             def look() -> None:
                 assert not spectra.has(key)
                 assert spectra.get(key) is None
+                assert spectra.get_many([]) == []
                 assert not spectra.put(key, b"spectrum")
                 spectra.drop("a")
                 assert spectra.cached_bytes() == 0
