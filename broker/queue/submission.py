@@ -92,6 +92,10 @@ class JobQueue:
         return replace(self, store=self.store.of(tenant))
 
     def submit(self, payload: Payload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
+        """Submit a job as :meth:`submit_or_replay` does, and return it."""
+        return self.submit_or_replay(payload, context)[0]
+
+    def submit_or_replay(self, payload: Payload, context: RequestOrigin) -> tuple[JobRecord, bool]:
         """Store a new job and queue it, both or neither.
 
         The spectra that it needs, and that are neither cached nor queued, are queued before it. Of
@@ -104,6 +108,10 @@ class JobQueue:
         context
             The request. If an equal one had the same idempotency key, its job is returned.
 
+        Returns
+        -------
+        The job, and whether an equal request stored it.
+
         Raises
         ------
         KeyReused
@@ -113,14 +121,15 @@ class JobQueue:
         QuotaExceeded
             The tenant has as many bytes as it may have.
         """
-        record = self._admitted(new_job(payload, context), context.idempotency)
+        admitted = self._admitted(new_job(payload, context), context.idempotency)
         if isinstance(payload, SpectralPayload):
             for key in wanted_spectra(payload, self.store.shapes):
                 self._submit_spectrum(key, context)
-        record = self._submit(record, context.idempotency)
+        record = self._submit(admitted, context.idempotency)
         if isinstance(payload, BatchPayload):
             self.batches.advance(record.id)
-        return record
+        # Without a key it was stored by this very call, and the reply was lost.
+        return record, record is not admitted and context.idempotency is not None
 
     def earlier_job(self, context: RequestOrigin) -> JobRecord | None:
         """Return the job of an equal request with the same idempotency key, if there was one.

@@ -220,14 +220,15 @@ class JobOrder:
             key is answered with it, or queues it again.
         """
         service = self.service
-        record = service.queue.earlier_job(self.origin)
-        if record is not None:
-            self.response.headers[_REPLAYED] = "true"
-        else:
+        record, replayed = service.queue.earlier_job(self.origin), True
+        if record is None:
             if asked.webhook is not None:
                 _check_webhook(service, asked.webhook)
             origin = replace(self.origin, webhook=asked.webhook)
-            record = service.queue.submit(payload_of(asked, service), origin)
+            payload = payload_of(asked, service)
+            record, replayed = service.queue.submit_or_replay(payload, origin)
+        if replayed:
+            self.response.headers[_REPLAYED] = "true"
         service.store.jobs.wait_for_disk(record.id)
         job = Job.of(record, service.queue)
         self.response.headers["Location"] = job.links.self

@@ -90,6 +90,8 @@ def test_repetitions_at_the_same_time_make_one_job(http: httpx2.Client) -> None:
     assert {answer.status_code for answer in answers} == {202}
     assert len({answer.json()["id"] for answer in answers}) == 1
     assert len(listed(http)) == 1
+    replayed = [answer.headers.get("idempotency-replayed") for answer in answers]
+    assert (replayed.count(None), replayed.count("true")) == (1, 31)
     # Nobody who came late holds a place in the queue.
     assert [ask(http).status_code for _ in range(LIMIT)] == [202] * (LIMIT - 1) + [429]
 
