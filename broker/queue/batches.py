@@ -105,6 +105,11 @@ class Batches:
         batch, place = parsed_match_id(match)
         return place < self.store.jobs.matches_of(batch) and not self.store.jobs.exists(batch)
 
+    def is_cancelled(self, match: str) -> bool:
+        """Return whether the batch of a match is cancelled; False for a job of no batch."""
+        batch, _ = parsed_match_id(match)
+        return bool(batch) and self.store.jobs.state(batch) is JobState.CANCELLED
+
     def queue_waiting(self, match: str) -> None:
         """Queue a match of an active batch before its turn, unless it is or was queued."""
         # Any change of the batch meanwhile prevents it, a report of progress, too.

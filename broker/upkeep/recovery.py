@@ -253,10 +253,20 @@ class _Pass:
             with _logged(job.id):
                 if self._requeue_lost(job, first_noticed.get(job.id)):
                     unknown.add(job.id)
+                self._cancel_with_batch(job)
                 _kill_overdue(store, job, self.timeouts.cancellation)
         cleared = set(first_noticed) - unknown
         if cleared:
             store.client.hdel(store.keys.unseen_jobs, *cleared)
+
+    def _cancel_with_batch(self, job: ActiveJob) -> None:
+        """Cancel a match if the process that cancelled its batch died before."""
+        if (
+            job.kind is JobKind.MATCH
+            and job.cancelled is None
+            and self.queue.batches.is_cancelled(job.id)
+        ):
+            self.queue.cancel(job.id)
 
     def _requeue_lost(self, job: ActiveJob, since: float | None) -> bool:
         """Queue a job again that RQ has not known for long; true if it has not for less long."""

@@ -140,6 +140,19 @@ def test_a_match_of_a_cancelled_batch_does_not_begin(served: JobQueue) -> None:
     assert ended(served, batch.id).state is JobState.CANCELLED
 
 
+def test_recovery_cancels_the_matches_of_a_cancelled_batch(queue: JobQueue) -> None:
+    jobs, batch = queue.store.jobs, queue.submit(of("a", ["b"] * 3, MatchParameters())).id
+    queued, running = f"{batch}-1", f"{batch}-2"
+    queue.batches.queue_waiting(running)
+    assert jobs.claim(running, "me")
+    assert queue.batches.begin(batch)
+    # The process that cancelled the batch died before it cancelled the matches.
+    assert jobs.cancel(batch) is JobState.CANCELLED
+    recover(queue)
+    assert jobs.state(queued) is JobState.CANCELLED
+    assert not jobs.is_held(running, "me"), "it is asked to stop"
+
+
 def test_a_match_is_cancelled_while_the_batch_makes_progress(queue: JobQueue) -> None:
     batch = queue.submit(of("a", ["b"] * 12, MatchParameters()))
     over = threading.Event()
