@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import TransferError
 from solver.mesh import TriangleMesh, descend, project
 from solver.registration import DenseCorrespondence
@@ -24,6 +24,21 @@ class Landmarks:
 
     corners: IntArray
     barycentric: FloatArray
+
+    def at(self, rows: IntArray | BoolArray) -> "Landmarks":
+        """Return the points of some rows."""
+        return Landmarks(self.corners[rows], self.barycentric[rows])
+
+    def among(self, vertices: IntArray) -> BoolArray:
+        """(n,) whether all corners of the triangle of each point are among vertices."""
+        found: BoolArray = np.all(np.isin(self.corners, vertices), axis=1)
+        return found
+
+    def positions(self, mesh: TriangleMesh) -> FloatArray:
+        """(n, 3) positions in space."""
+        places = mesh.vertices[mesh.vertices_of(self.corners)]
+        found: FloatArray = np.einsum("nc,ncd->nd", self.barycentric, places)
+        return found
 
 
 def landmark_images(

@@ -3,8 +3,7 @@
 import numpy as np
 import trimesh
 
-from solver.mesh import face_normals
-from solver.templates import surface_tree
+from solver.mesh import face_normals, surface_tree
 from tests.solver import shapes
 
 
