@@ -26,7 +26,7 @@ from solver.transfer.landmark_confidence import (
 )
 from solver.transfer.landmarks import Landmarks, landmark_images
 from solver.transfer.overlap import CORNERS, FACES, VERTICES, Overlap, overlap_of
-from solver.transfer.placement import PlacedLandmarks, place_landmarks
+from solver.transfer.placement import PlacedLandmarks, landmark_name, place_landmarks
 from solver.transfer.pull_back import PullBack
 from solver.transfer.texture import baked_texture, texture_colors
 from solver.transfer.texture_coordinates import carried_paint
@@ -57,6 +57,7 @@ __all__ = [
     "confidence_features",
     "landmark_confidence",
     "landmark_images",
+    "landmark_name",
     "local_distortion",
     "overlap_of",
     "place_landmarks",

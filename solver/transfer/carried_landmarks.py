@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh
 from solver.registration import DenseCorrespondence
 from solver.transfer.landmark_confidence import local_distortion
@@ -13,22 +13,20 @@ from solver.transfer.landmarks import Landmarks, landmark_images
 
 @dataclass(frozen=True, eq=False)
 class CarriedLandmarks:
-    """Images of those of n points that the map has, and measures of it.
+    """Images of n points, and measures of the map there.
 
     Parameters
     ----------
-    rows
-        (m,) which of the points have an image: all corners of their triangles have.
     images
-        The m images, of the target.
+        On the target; missing where a corner of the point's triangle has no image.
     round_trip
-        (m,) distance on the source between each point and the image of its image, over √area; nan
-        where a corner of the image's triangle has no image itself, as at the edge of a part.
+        (n,) distance on the source between each point and the image of its image, over √area; nan
+        without an image, or where a corner of the image's triangle has none itself, as at the edge
+        of a part.
     distortion
-        (m,) of :func:`.local_distortion`.
+        (n,) of :func:`.local_distortion`; nan without an image.
     """
 
-    rows: IntArray
     images: Landmarks
     round_trip: FloatArray
     distortion: FloatArray
@@ -46,7 +44,7 @@ def carry_landmarks(
     Parameters
     ----------
     points
-        Of X.
+        Of X, some of which may be missing.
     maps
         X → Y and Y → X.
     source, target
@@ -60,13 +58,16 @@ def carry_landmarks(
         Barycentric coordinates are negative or of another sum than 1.
     """
     there, back = maps
+    count = len(points.corners)
     rows = np.flatnonzero(points.among(there.source))
     carried = points.at(rows)
-    images = landmark_images(carried, there, target)
+    found = landmark_images(carried, there, target)
     places = carried.positions(source)
-    returning = images.among(back.source)
-    returned = landmark_images(images.at(returning), back, source).positions(source)
-    trips = np.full(len(rows), np.nan)
-    trips[returning] = np.linalg.norm(returned - places[returning], axis=1) / np.sqrt(source.area)
-    distortion = local_distortion(places, source, there, target, scale)
-    return CarriedLandmarks(rows, images, trips, distortion)
+    distortion = np.full(count, np.nan)
+    distortion[rows] = local_distortion(places, source, there, target, scale)
+    returning = found.among(back.source)
+    returned = landmark_images(found.at(returning), back, source).positions(source)
+    trips = np.linalg.norm(returned - places[returning], axis=1) / np.sqrt(source.area)
+    round_trip = np.full(count, np.nan)
+    round_trip[rows[returning]] = trips
+    return CarriedLandmarks(Landmarks.at_rows(rows, found, count), round_trip, distortion)

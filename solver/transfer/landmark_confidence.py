@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
-from solver.mesh import TriangleMesh, nearest_rotations
+from solver.mesh import TriangleMesh, nearest_rotations, triangle_areas
 from solver.registration import DenseCorrespondence
 from solver.transfer.landmarks import Landmarks
 
@@ -75,7 +75,8 @@ def local_distortion(
 
     The vertices of the part of the surface within `RADIUS` of a point, and their images, are
     brought together by the best rotation (Kabsch 1976); the measure is the root mean square
-    distance that remains, over `RADIUS`: 0 for a rigid motion.
+    distance that remains, over `RADIUS`: 0 for a rigid motion. Lengths are over the square root of
+    the area that is mapped.
 
     Parameters
     ----------
@@ -88,21 +89,23 @@ def local_distortion(
     target
         The other surface.
     scale
-        Factor from lengths of the source to lengths of the target, by default that of their √area:
-        not so if one is a part of the other.
+        Factor from lengths of the source to lengths of the target; by default that of the square
+        roots of the areas that are mapped and of the target, which it is not for a part.
 
     Returns
     -------
     (n,) float64; nan if no face is mapped.
     """
-    size = float(np.sqrt(source.area))
+    mapped = np.zeros(source.n_vertices, dtype=np.bool_)
+    mapped[source.vertices_of(along.source)] = True
+    faces = source.faces[mapped[source.faces].all(axis=1)]
+    if not len(faces):
+        return np.full(len(points), np.nan)
+    size = float(np.sqrt(triangle_areas(source.vertices, faces).sum()))
     scale = float(np.sqrt(target.area)) / size if scale is None else scale
     here, there = source.vertices / size, np.full((source.n_vertices, 3), np.nan)
     images = Landmarks(along.faces, along.barycentric).positions(target)
     there[source.vertices_of(along.source)] = images / (scale * size)
-    faces = source.faces[~np.isnan(there[source.faces, 0]).any(axis=1)]
-    if not len(faces):
-        return np.full(len(points), np.nan)
     first, neighbours = _neighbours(faces, source.n_vertices)
     used = np.unique(faces)
     nearest = used[KDTree(here[used]).query(points / size)[1]]

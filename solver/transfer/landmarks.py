@@ -19,11 +19,20 @@ class Landmarks:
     corners
         (n, 3) corners of each triangle, by the user's numbers. A vertex may stand for all three.
     barycentric
-        (n, 3) barycentric coordinates, none negative; each row sums to 1.
+        (n, 3) barycentric coordinates, none negative; each row sums to 1. Of a missing point,
+        corners are -1 and coordinates nan.
     """
 
     corners: IntArray
     barycentric: FloatArray
+
+    @staticmethod
+    def at_rows(rows: IntArray, points: "Landmarks", count: int) -> "Landmarks":
+        """Return `count` points, of which some rows are known and the others missing."""
+        corners = np.full((count, 3), -1, dtype=np.int64)
+        barycentric = np.full((count, 3), np.nan)
+        corners[rows], barycentric[rows] = points.corners, points.barycentric
+        return Landmarks(corners, barycentric)
 
     def at(self, rows: IntArray | BoolArray) -> "Landmarks":
         """Return the points of some rows."""
@@ -35,9 +44,10 @@ class Landmarks:
         return found
 
     def positions(self, mesh: TriangleMesh) -> FloatArray:
-        """(n, 3) positions in space."""
-        places = mesh.vertices[mesh.vertices_of(self.corners)]
-        found: FloatArray = np.einsum("nc,ncd->nd", self.barycentric, places)
+        """(n, 3) positions in space; nan of missing points, and of those with an unknown corner."""
+        rows = mesh.vertices_of(self.corners)
+        found: FloatArray = np.einsum("nc,ncd->nd", self.barycentric, mesh.vertices[rows])
+        found[(rows < 0).any(axis=1)] = np.nan
         return found
 
 

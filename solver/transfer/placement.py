@@ -28,17 +28,14 @@ class PlacedLandmarks:
 
     Parameters
     ----------
-    rows
-        (m,) which of the n landmarks are neither missing nor far from the surface.
     points
-        The m points of the surface nearest to these.
+        The n nearest points of the surface, missing where a landmark is missing or far from it.
     from_surface
-        (m,) their distances from these, over √area.
+        (n,) distances of the landmarks from these, over √area; nan where one is missing.
     remarks
-        Sentences for the user on the others, and on labels that recur.
+        Sentences for the user on landmarks that are not on the surface, and on labels that recur.
     """
 
-    rows: BoolArray
     points: Landmarks
     from_surface: FloatArray
     remarks: tuple[str, ...]
@@ -71,19 +68,20 @@ def place_landmarks(
     remarks = _recurring(labels)
     tree = surface_tree(surface.vertices, surface.faces)
     faces, barycentric = tree.nearest(positions[present])
-    points = Landmarks(surface.vertex_ids[surface.faces[faces]], barycentric)
-    if not len(present):
-        return PlacedLandmarks(np.zeros(len(labels), bool), points, np.zeros(0), remarks)
-    given = [labels[row] for row in present.tolist()]
-    named = [
-        f"number {row}" if one is None else repr(one)
-        for row, one in zip(present, given, strict=True)
-    ]
-    found = _Distances(named, positions[present], tree, float(np.sqrt(surface.area)))
-    remarks += found.remarks()
-    kept = np.zeros(len(labels), dtype=np.bool_)
-    kept[present] = ~found.far
-    return PlacedLandmarks(kept, points.at(~found.far), found.apart[~found.far], remarks)
+    nearest = Landmarks(surface.vertex_ids[surface.faces[faces]], barycentric)
+    from_surface = np.full(len(labels), np.nan)
+    if len(present):
+        named = [landmark_name(row, labels[row]) for row in present.tolist()]
+        found = _Distances(named, positions[present], tree, float(np.sqrt(surface.area)))
+        remarks += found.remarks()
+        nearest, present = nearest.at(~found.far), present[~found.far]
+        from_surface[present] = found.apart[~found.far]
+    return PlacedLandmarks(Landmarks.at_rows(present, nearest, len(labels)), from_surface, remarks)
+
+
+def landmark_name(place: int, label: str | None) -> str:
+    """Return what messages call a landmark: its label, or else its number, from 0."""
+    return f"number {place}" if label is None else repr(label)
 
 
 def _recurring(labels: Sequence[str | None]) -> tuple[str, ...]:

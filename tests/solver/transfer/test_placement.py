@@ -33,9 +33,9 @@ def test_points_of_the_surface_stand_for_themselves() -> None:
     given = PLACES.copy()
     given[2] = np.nan
     found = place_landmarks(LABELS, given, MESH)
-    assert np.flatnonzero(found.rows).tolist() == [0, 1, 3, 4, 5]
-    np.testing.assert_allclose(found.points.positions(MESH), PLACES[found.rows], atol=1e-12)
-    np.testing.assert_allclose(found.from_surface, 0.0, atol=1e-12)
+    np.testing.assert_allclose(found.points.positions(MESH), given, atol=1e-12)
+    expected = np.where(np.arange(6) == 2, np.nan, 0.0)
+    np.testing.assert_allclose(found.from_surface, expected, atol=1e-12)
     assert found.remarks == ()
 
 
@@ -58,8 +58,8 @@ def test_no_point_of_the_surface_is_nearer() -> None:
 def test_landmarks_far_from_the_surface_are_named_and_left_out() -> None:
     far = np.concatenate([PLACES[:3], PLACES[3:] * 20.0])
     found = place_landmarks((*LABELS[:5], None), far, MESH)
-    assert found.rows.tolist() == 3 * [True] + 3 * [False]
-    assert len(found.points.corners) == len(found.from_surface) == 3
+    assert np.isnan(found.from_surface).tolist() == 3 * [False] + 3 * [True]
+    assert np.isnan(found.points.positions(MESH)).any(axis=1).tolist() == 3 * [False] + 3 * [True]
     (text,) = found.remarks
     assert text.startswith("3 of 6 landmarks are far from the surface, ")
     assert text.endswith("; they are left out")
@@ -76,8 +76,8 @@ def test_landmarks_that_are_all_far_are_refused() -> None:
 
 def test_missing_landmarks_are_no_error() -> None:
     found = place_landmarks(LABELS, np.full((6, 3), np.nan), MESH)
-    assert not found.rows.any()
-    assert not len(found.points.corners)
+    assert (found.points.corners == -1).all()
+    assert np.isnan(found.from_surface).all()
 
 
 def test_landmarks_in_another_coordinate_system_are_refused_if_only_some_are_far() -> None:
@@ -101,7 +101,7 @@ def test_landmarks_beside_the_surface_are_reported_if_negating_brings_them_neare
     right = PLACES + offset
     assert place_landmarks(LABELS, right, surface).remarks == ()
     found = place_landmarks(LABELS, right * [-1.0, -1.0, 1.0], surface)
-    assert found.rows.all()
+    assert not np.isnan(found.from_surface).any()
     (text,) = found.remarks
     assert text.startswith("the landmarks lie beside the surface; with x and y negated")
 
