@@ -1,6 +1,6 @@
 """Accuracy of carried landmarks: ``python -m bench.landmarks``.
 
-Landmarks at vertices of known truth are carried from a template to a specimen as the client does.
+Landmarks at vertices of known truth are carried from a template to a specimen as the service does.
 Printed are the mean geodesic error over √area, the share within 0.05, and how well each measure
 tells landmarks within 0.05 from the others (AUC: 0.5 is chance, 1 perfect), and the calibration of
 the confidence. Without ``--data`` the pairs are the generated ones of :mod:`bench.varied_pairs`;
@@ -9,15 +9,12 @@ several shapes of a class and takes the median.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 import numpy as np
-from isomatch import Geometry, LandmarkSet, VertexMap
-from isomatch._landmarks import PlacedLandmarks
-from isomatch._landmarks.carrying import from_template, merged
-from isomatch._landmarks.confidence import NEAR, features
-from isomatch._landmarks.surface_points import nearest_points
+from isomatch import Geometry
+from isomatch._landmarks import FromTemplate, merged
 from sklearn.metrics import roc_auc_score
 
 from bench.calibration import calibration, print_calibration
@@ -29,8 +26,15 @@ from bench.surface_error import corner_errors
 from bench.varied_pairs import DIFFERENT, varied_pair
 from solver.arrays import FloatArray, IntArray
 from solver.matching import MatchOptions, match
-from solver.mesh import TriangleMesh
+from solver.mesh import surface_tree
 from solver.registration import DenseCorrespondence
+from solver.transfer import (
+    NEAR,
+    carry_landmarks,
+    confidence_features,
+    landmark_confidence,
+    place_landmarks,
+)
 
 DECIMALS = 4
 """Of barycentric coordinates in results of the service."""
@@ -73,8 +77,9 @@ def carried(
     options
         Of the match, dense.
     """
-    surface = _geometry(specimen.shape.mesh)
+    surface = specimen.shape.mesh
     first, truths = known_points(templates[0], specimen, landmarks)
+    labels = tuple(map(str, range(len(first))))
     each, probabilities = [], []
     for template in templates:
         found = match(template.shape, specimen.shape, options)
@@ -83,16 +88,19 @@ def carried(
         assert found.confidence is not None
         mesh = template.shape.mesh
         vertices = first if template is templates[0] else _partners(templates[0], template, first)
-        rows = [(str(place), row) for place, row in enumerate(mesh.vertices[vertices].tolist())]
-        maps = _vertex_map(found.dense), _vertex_map(found.dense.inverse)
+        placed = place_landmarks(labels, mesh.vertices[vertices], mesh)
+        maps = _stored(found.dense), _stored(found.dense.inverse)
+        moved = carry_landmarks(placed.points, maps, mesh, surface)
         said = found.confidence.probability
-        placed = PlacedLandmarks.of(LandmarkSet.of(rows), _geometry(mesh))
-        each.append(from_template(placed, maps, said, surface))
+        measures = moved.round_trip, moved.distortion
+        sure = landmark_confidence(said, *measures)
+        places = moved.images.positions(surface)
+        each.append(FromTemplate(places, sure, *measures, placed.from_surface))
         probabilities.append(said)
-    labels = tuple(map(str, range(len(first))))
-    answer = merged(labels, each, np.array(probabilities), surface)
-    points = nearest_points(surface, answer.positions)
-    errors = corner_errors(specimen, surface.rows(points.faces), points.weights, truths[0])
+    geometry = Geometry(surface.vertices, surface.faces, surface.vertex_ids, None)
+    answer = merged(labels, each, np.array(probabilities), geometry)
+    faces, weights = surface_tree(surface.vertices, surface.faces).nearest(answer.positions)
+    errors = corner_errors(specimen, surface.faces[faces], weights, truths[0])
     return CarriedPair(
         " ".join(one.name for one in (*templates, specimen)),
         float(np.mean(probabilities)),
@@ -112,12 +120,8 @@ def _partners(first: KnownShape, other: KnownShape, vertices: IntArray) -> IntAr
     return other.truth[places]
 
 
-def _geometry(mesh: TriangleMesh) -> Geometry:
-    return Geometry(mesh.vertices, mesh.faces, mesh.vertex_ids, None)
-
-
-def _vertex_map(dense: DenseCorrespondence) -> VertexMap:
-    return VertexMap(dense.source, dense.target, dense.faces, dense.barycentric.round(DECIMALS))
+def _stored(dense: DenseCorrespondence) -> DenseCorrespondence:
+    return replace(dense, barycentric=dense.barycentric.round(DECIMALS))
 
 
 def generated(first: int, seed: int) -> Iterator[tuple[list[KnownShape], KnownShape]]:
@@ -166,7 +170,7 @@ def summary(pairs: list[CarriedPair]) -> dict[str, float | None]:
 def print_fit(pairs: list[CarriedPair]) -> None:
     """Print the weights that fit the landmarks of right matches best; one template each."""
     right = [one for one in pairs if one.errors.mean() <= WRONG]
-    rows = np.concatenate([features(one.round_trips, one.distortions) for one in right])
+    rows = np.concatenate([confidence_features(one.round_trips, one.distortions) for one in right])
     near = np.concatenate([one.errors for one in right]) <= NEAR
     fit = fit_logistic(["round trip", "distortion"], rows, near)
     print(f"intercept {fit.intercept:.3f}   weights {dict(fit.weights)}")

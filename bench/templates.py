@@ -15,7 +15,8 @@ import numpy as np
 from bench.collection import KnownShape, collection, pairs_within_classes
 from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
-from solver.templates import register_template, surface_tree
+from solver.mesh import surface_tree
+from solver.templates import register_template
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@
     ├── OptionError     the value of an option is invalid, alone or with this shape
     ├── PrototypeError  an archive is no valid prototype, or examples cannot be learned
     ├── TransferError   attributes cannot be read, carried or written
+    │   └── MisplacedLandmarks  landmarks are not on their surface
     └── Cancelled       the caller asked to stop before there was an answer
 """
 
@@ -45,6 +46,10 @@ class PrototypeError(SolverError):
 
 class TransferError(SolverError):
     """Attributes of a shape cannot be read, carried to another, or written."""
+
+
+class MisplacedLandmarks(TransferError):
+    """Landmarks have another unit of length or coordinate system than their surface."""
 
 
 class Cancelled(SolverError):

@@ -19,6 +19,7 @@ from broker.contracts.spectra import SpectrumKey
 from broker.contracts.transfers import (
     AttributeElement,
     Direction,
+    GivenLandmark,
     SurfacePoint,
     TransferKind,
 )
@@ -240,7 +241,12 @@ class TransferPayload(_Payload):
     on: AttributeElement | None = None
     names: tuple[str, ...] = ()
     influences: int | None = None
-    points: tuple[SurfacePoint, ...] = ()
+    points: tuple[SurfacePoint, ...] | None = Field(
+        default=(),
+        description="Landmarks on the surface; null if they are given in space, so that versions"
+        " that do not know these leave the record to others.",
+    )
+    landmarks: tuple[GivenLandmark, ...] = ()
 
 
 class TimeSlicePayload(_Payload):

@@ -58,6 +58,7 @@ class ProblemType(Enum):
     UNUSABLE_MESH = "unusable-mesh", 422, "Not a usable mesh"
     UNUSABLE_PROTOTYPE = "unusable-prototype", 422, "Not a usable prototype"
     UNUSABLE_ATTRIBUTES = "unusable-attributes", 422, "Not usable attributes"
+    MISPLACED_LANDMARKS = "misplaced-landmarks", 422, "Landmarks not on the surface"
     NO_SOLUTION = "no-solution", 422, "No answer"
     OUT_OF_MEMORY = "out-of-memory", 422, "Out of memory"
     TIMED_OUT = "timed-out", 422, "Took too long"

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from broker.contracts.digests import sha256_of
 from broker.contracts.result_document import ResultDocument
 from broker.contracts.results import Confidence
-from broker.contracts.strict import Items
+from broker.contracts.strict import Items, StrictModel
 from broker.contracts.vertices import Vertex
 
 ATTRIBUTE_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb", "seg", "txt")
@@ -99,17 +99,22 @@ class AttributesRecord(BaseModel):
     created: datetime = Field(description="When it was uploaded.")
 
 
+Corners: TypeAlias = Annotated[tuple[Vertex, ...], Items(3, 3)]
+"""The vertices of a triangle."""
+
+Weights: TypeAlias = Annotated[tuple[Annotated[float, Field(ge=0, le=1)], ...], Items(3, 3)]
+"""Barycentric coordinates."""
+
+
 class SurfacePoint(BaseModel):
     """A point in a triangle of a surface."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
-    vertices: Annotated[tuple[Vertex, ...], Items(3, 3)] = Field(
+    vertices: Corners = Field(
         description="0-based indices, in the shape's file, of the triangle's corners."
     )
-    weights: Annotated[tuple[Annotated[float, Field(ge=0, le=1)], ...], Items(3, 3)] = Field(
-        description="Barycentric coordinates, none negative, of sum 1."
-    )
+    weights: Weights = Field(description="Barycentric coordinates, none negative, of sum 1.")
 
 
 class TransferredPoint(SurfacePoint):
@@ -122,10 +127,64 @@ class TransferredPoint(SurfacePoint):
     )
 
 
+Coordinate: TypeAlias = Annotated[float, Field(ge=-3.4e38, le=3.4e38)]
+"""A finite number that mesh files can hold."""
+
+
+class GivenLandmark(StrictModel):
+    """A landmark in space."""
+
+    label: Annotated[str, Field(max_length=200)] | None = Field(
+        default=None, description="Its name; null for none."
+    )
+    position: Annotated[tuple[Coordinate, ...], Items(3, 3)] | None = Field(
+        description="Where it is, in the coordinates of the shape's file; null if it is missing."
+    )
+
+
+class TransferredLandmark(BaseModel):
+    """A landmark, its image, and how far that can be trusted. Lengths are over √area."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    label: str | None = Field(description="Its name; null for none.")
+    on_source: TransferredPoint | None = Field(
+        description="The point of the surface of `source` that it stands for; null if it is missing"
+        " or was left out."
+    )
+    position: tuple[float, float, float] | None = Field(
+        description="Where its image is, in the coordinates of the file of `target`; null if it has"
+        " none."
+    )
+    vertices: Corners | None = Field(
+        description="0-based indices, in the file of `target`, of the corners of the triangle that"
+        " holds the image."
+    )
+    weights: Weights | None = Field(
+        description="Barycentric coordinates of the image there, none negative, of sum 1."
+    )
+    confidence: float | None = Field(
+        description="Probability that the image is within 0.05 of the right place; null if there"
+        " is no image, no round trip, or no confidence of the match.",
+    )
+    round_trip: float | None = Field(
+        description="Distance on `source` between the landmark and the image of its image; null if"
+        " the image has no partner, as at the edge of a part."
+    )
+    distortion: float | None = Field(
+        description="Deviation of the map from a rigid motion, within 0.1 of the landmark: root"
+        " mean square distance after the best rotation, over 0.1; null if that is not known."
+    )
+    from_surface: float | None = Field(
+        description="Distance of the given position from the surface of `source`; null if a point"
+        " of the surface was given, or the landmark is missing or was left out."
+    )
+
+
 class TransferResult(ResultDocument):
     """Attributes or landmarks that were transferred from one shape of a match to the other."""
 
-    ADDED: ClassVar = frozenset({"on", "confidence"})
+    ADDED: ClassVar = frozenset({"on", "confidence", "landmarks"})
 
     kind: Literal["transfer"] = Field(default="transfer", description="Kind of the job.")
     match: str = Field(description="Id of the job that matched the shapes.")
@@ -150,6 +209,11 @@ class TransferResult(ResultDocument):
     points: tuple[TransferredPoint | None, ...] | None = Field(
         description="Of landmarks, their images on `target`, in their order, null where one has no"
         " partner; null for other kinds."
+    )
+    landmarks: tuple[TransferredLandmark, ...] | None = Field(
+        default=None,
+        description="Landmarks, in the order in which they were given; null for other kinds, and in"
+        " documents of earlier versions.",
     )
     confidence: Confidence | None = Field(
         default=None,

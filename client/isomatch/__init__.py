@@ -84,6 +84,7 @@ from isomatch._models import (
     StructureParameter,
     Structures,
     SurfacePoint,
+    TransferredLandmark,
     VertexMap,
 )
 from isomatch._operations.results import View
@@ -204,6 +205,7 @@ __all__ = [
     "TooManyRequests",
     "Transfer",
     "TransferKind",
+    "TransferredLandmark",
     "Unauthorized",
     "UnexpectedResponse",
     "UnknownAttributes",

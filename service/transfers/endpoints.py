@@ -46,7 +46,7 @@ def create_transfer(asked: TransferRequest, order: JobOrderOf) -> Job:
     The match is one with `dense`. A vertex takes the value at the point of the other shape that it
     corresponds to, and a face what most of its area corresponds to, or the mean; those without a
     partner have none. The values are `result.npz` of the job, and `result.csv`, `.ply`, `.obj` and
-    `.glb`.
+    `.glb`. Landmarks are in the result itself, each with a confidence.
     """
     return order.job(asked, _payload)
 
@@ -89,5 +89,6 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
         on=asked.on,
         names=asked.names,
         influences=asked.influences,
-        points=asked.surface_points,
+        points=None if asked.landmarks else asked.surface_points,
+        landmarks=asked.landmarks,
     )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Annotated, Any, Final
 
-from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, field_validator
 from pydantic_core import PydanticCustomError
 
 from broker.contracts import (
@@ -13,6 +13,7 @@ from broker.contracts import (
     AttributeElement,
     AttributesRecord,
     Direction,
+    GivenLandmark,
     Items,
     SurfacePoint,
     TransferKind,
@@ -60,6 +61,15 @@ Point = Annotated[
 AttributeName = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
 
 
+class Landmark(GivenLandmark):
+    """A landmark in space."""
+
+    @field_validator("label")
+    @classmethod
+    def _one_line(cls, label: str | None) -> str | None:
+        return label if label is None else showable(label)
+
+
 class TransferRequest(JobRequest):
     """What is transferred along a match, and in which direction."""
 
@@ -82,6 +92,14 @@ class TransferRequest(JobRequest):
                     "match": _MATCH,
                     "what": "landmarks",
                     "points": [17, {"vertices": [4, 9, 7], "weights": [0.25, 0.5, 0.25]}],
+                },
+                {
+                    "match": _MATCH,
+                    "what": "landmarks",
+                    "landmarks": [
+                        {"label": "nasion", "position": [12.5, 83.1, 140.2]},
+                        {"label": "bregma", "position": [10.1, 97.4, 188.0]},
+                    ],
                 },
             ]
         },
@@ -125,6 +143,13 @@ class TransferRequest(JobRequest):
         description="The landmarks, vertices or points in triangles of the shape that they come"
         ' from; only with `what` "landmarks".',
     )
+    landmarks: Annotated[tuple[Landmark, ...], Items(0, 10_000, fail_fast=True)] = Field(
+        default=(),
+        description="The landmarks by their positions, instead of `points`. Each stands for the"
+        " nearest point of the surface of the shape that they come from; those farther than"
+        " 0.05 √area from it are left out, with a warning. If all are, or if x and y have the wrong"
+        " sign (LPS for RAS), the job fails.",
+    )
 
     @property
     def surface_points(self) -> tuple[SurfacePoint, ...]:
@@ -139,10 +164,16 @@ class TransferRequest(JobRequest):
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """What is wrong with fields given the others: their names, and messages."""
         landmarks = self.what == LANDMARKS
-        if landmarks and not self.points:
+        if landmarks and not self.points and not self.landmarks:
             yield "points", '`what` is "landmarks"; give the landmarks'
         if not landmarks and self.points:
             yield "points", 'only "landmarks" have points; leave them out, or change `what`'
+        if not landmarks and self.landmarks:
+            yield "landmarks", 'leave them out, or change `what` to "landmarks"'
+        if self.points and self.landmarks:
+            yield "landmarks", "give `landmarks` or `points`, not both"
+        if self.landmarks and all(one.position is None for one in self.landmarks):
+            yield "landmarks", "all are missing; give a position"
         for name in ("attributes", "names", "on"):
             if self.what in (LANDMARKS, TEXTURE, UV) and getattr(self, name):
                 yield name, f"not supported with {self.what!r}; leave it out, or change `what`"

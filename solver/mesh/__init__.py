@@ -15,10 +15,12 @@ from solver.mesh.normals import face_normals, triangle_areas, vertex_normals
 from solver.mesh.reading import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.mesh.rotations import nearest_rotations
 from solver.mesh.simplification import simplified
+from solver.mesh.surface_tree import SurfaceTree, nearest_triangles, surface_tree
 from solver.mesh.triangle_mesh import TriangleMesh
 
 __all__ = [
     "MESH_FORMATS",
+    "SurfaceTree",
     "TriangleMesh",
     "component_areas",
     "components_of",
@@ -31,11 +33,13 @@ __all__ = [
     "nearest_in_fan",
     "nearest_in_triangle",
     "nearest_rotations",
+    "nearest_triangles",
     "non_manifold_vertices",
     "of_components",
     "project",
     "read_mesh",
     "simplified",
+    "surface_tree",
     "textured_surface",
     "triangle_areas",
     "triangle_mesh",

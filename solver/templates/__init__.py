@@ -10,7 +10,6 @@ from solver.templates.statistics import (
     generalised_procrustes,
     shape_statistics,
 )
-from solver.templates.surface_tree import surface_tree
 
 __all__ = [
     "RegisteredTemplate",
@@ -18,5 +17,4 @@ __all__ = [
     "generalised_procrustes",
     "register_template",
     "shape_statistics",
-    "surface_tree",
 ]

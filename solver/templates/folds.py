@@ -19,8 +19,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.mesh import nearby_vertex, nearest_in_fan
-from solver.templates.surface_tree import SurfaceTree, nearest_triangles
+from solver.mesh import SurfaceTree, nearby_vertex, nearest_in_fan, nearest_triangles
 
 _STEPS = 1.0, 0.5, 0.25
 """Steps of a vertex towards the mean of its neighbours."""
@@ -225,7 +224,7 @@ def _at_centre(placement: Placement, corners: IntArray, surface: Surface) -> flo
     # The corners are on the surface, so that the centre is no farther from it than from the first.
     bound = sx * sx + sy * sy + sz * sz
     x, y, z = p[a, 0] + sx, p[a, 1] + sy, p[a, 2] + sz
-    _, least, _ = nearest_triangles(x, y, z, nx, ny, nz, surface.tree, bound)
+    _, least, _, _ = nearest_triangles(x, y, z, nx, ny, nz, surface.tree, bound)
     return float(_SCALE * least)
 
 

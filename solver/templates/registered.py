@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.errors import OptionError
-from solver.mesh import TriangleMesh, face_normals, triangle_areas, vertex_normals
+from solver.mesh import TriangleMesh, face_normals, surface_tree, triangle_areas, vertex_normals
 from solver.registration import DenseCorrespondence
 from solver.templates.folds import (
     Connectivity,
@@ -19,7 +19,6 @@ from solver.templates.folds import (
     qualities,
     relax,
 )
-from solver.templates.surface_tree import surface_tree
 
 _BAD = 0.02
 """Quality below which triangles are relaxed, unless they are as bad in the template: a triangle of

@@ -1,7 +1,7 @@
 """Transfer of values along a dense map: scalars, vectors, colours, labels, weights, landmarks.
 
 :func:`carried` transfers an attribute of vertices or faces from one shape to the other;
-:func:`landmark_images` maps points.
+:func:`carry_landmarks` maps points, and measures the map there.
 """
 
 from solver.transfer.attributes import (
@@ -17,8 +17,16 @@ from solver.transfer.attributes import (
     carried,
     selected,
 )
+from solver.transfer.carried_landmarks import CarriedLandmarks, carry_landmarks
+from solver.transfer.landmark_confidence import (
+    NEAR,
+    confidence_features,
+    landmark_confidence,
+    local_distortion,
+)
 from solver.transfer.landmarks import Landmarks, landmark_images
 from solver.transfer.overlap import CORNERS, FACES, VERTICES, Overlap, overlap_of
+from solver.transfer.placement import PlacedLandmarks, landmark_name, place_landmarks
 from solver.transfer.pull_back import PullBack
 from solver.transfer.texture import baked_texture, texture_colors
 from solver.transfer.texture_coordinates import carried_paint
@@ -30,20 +38,29 @@ __all__ = [
     "FACES",
     "KINDS",
     "LABELS",
+    "NEAR",
     "SCALARS",
     "SKINNING",
     "VECTORS",
     "VERTICES",
     "Along",
     "Attribute",
+    "CarriedLandmarks",
     "Landmarks",
     "Overlap",
+    "PlacedLandmarks",
     "PullBack",
     "baked_texture",
     "carried",
     "carried_paint",
+    "carry_landmarks",
+    "confidence_features",
+    "landmark_confidence",
     "landmark_images",
+    "landmark_name",
+    "local_distortion",
     "overlap_of",
+    "place_landmarks",
     "selected",
     "texture_colors",
 ]

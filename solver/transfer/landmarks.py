@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import TransferError
 from solver.mesh import TriangleMesh, descend, project
 from solver.registration import DenseCorrespondence
@@ -19,11 +19,36 @@ class Landmarks:
     corners
         (n, 3) corners of each triangle, by the user's numbers. A vertex may stand for all three.
     barycentric
-        (n, 3) barycentric coordinates, none negative; each row sums to 1.
+        (n, 3) barycentric coordinates, none negative; each row sums to 1. Of a missing point,
+        corners are -1 and coordinates nan.
     """
 
     corners: IntArray
     barycentric: FloatArray
+
+    @staticmethod
+    def at_rows(rows: IntArray, points: "Landmarks", count: int) -> "Landmarks":
+        """Return `count` points, of which some rows are known and the others missing."""
+        corners = np.full((count, 3), -1, dtype=np.int64)
+        barycentric = np.full((count, 3), np.nan)
+        corners[rows], barycentric[rows] = points.corners, points.barycentric
+        return Landmarks(corners, barycentric)
+
+    def at(self, rows: IntArray | BoolArray) -> "Landmarks":
+        """Return the points of some rows."""
+        return Landmarks(self.corners[rows], self.barycentric[rows])
+
+    def among(self, vertices: IntArray) -> BoolArray:
+        """(n,) whether all corners of the triangle of each point are among vertices."""
+        found: BoolArray = np.all(np.isin(self.corners, vertices), axis=1)
+        return found
+
+    def positions(self, mesh: TriangleMesh) -> FloatArray:
+        """(n, 3) positions in space; nan of missing points, and of those with an unknown corner."""
+        rows = mesh.vertices_of(self.corners)
+        found: FloatArray = np.einsum("nc,ncd->nd", self.barycentric, mesh.vertices[rows])
+        found[(rows < 0).any(axis=1)] = np.nan
+        return found
 
 
 def landmark_images(

@@ -10,12 +10,13 @@ from broker.contracts import (
     LANDMARKS,
     TEXTURE,
     UV,
+    Confidence,
     DenseCorrespondence,
     InverseCorrespondence,
-    SurfacePoint,
+    Overlap,
     TransferKind,
     TransferPayload,
-    TransferredPoint,
+    TransferredLandmark,
 )
 from broker.store import Store
 from solver import registration, transfer
@@ -39,14 +40,12 @@ from solver.transfer.files import read_attributes
 from worker.jobs.attribute_rows import with_rows_known
 from worker.jobs.context import JobContext
 from worker.jobs.failures import AttributesGone, ShapeGone, content_of
+from worker.jobs.landmarks import LandmarkMap, carried_landmarks, some_of
 from worker.jobs.meshes import stored_mesh
 from worker.jobs.textures import carried_paint, corner_attributes, texture_of
 
 CHANNELS: Final = ("red", "green", "blue")
 """Columns of colours."""
-
-_NAMED: Final = 10
-"""Missing landmarks that a warning names."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +58,8 @@ class TransferRequest:
         Of the job.
     dense, inverse
         The map of the match, and that of the target's vertices.
+    confidence, overlap
+        Of the match; None if it has none.
     context
         Of the job.
     control
@@ -68,6 +69,8 @@ class TransferRequest:
     payload: TransferPayload
     dense: DenseCorrespondence
     inverse: InverseCorrespondence
+    confidence: Confidence | None
+    overlap: Overlap | None
     context: JobContext
     control: Control
 
@@ -92,6 +95,12 @@ class TransferRequest:
         """Return the map against it: each vertex takes the value at its image."""
         return solver_map(self.dense, self.inverse, forwards=not self._is_forwards)
 
+    def scale(self) -> float | None:
+        """Return the factor from lengths of the source to those of the target, if one is a part."""
+        if self.overlap is None:
+            return None
+        return self.overlap.scale if self._is_forwards else 1.0 / self.overlap.scale
+
     @property
     def _is_forwards(self) -> bool:
         return self.payload.direction == "source_to_target"
@@ -102,7 +111,7 @@ class Carried:
     """Carried attributes, or the images of landmarks."""
 
     attributes: tuple[Attribute, ...] = ()
-    points: tuple[TransferredPoint | None, ...] | None = None
+    landmarks: tuple[TransferredLandmark, ...] | None = None
     warnings: tuple[str, ...] = ()
 
 
@@ -139,8 +148,16 @@ def carried_from(
 
 def _carry_landmarks(request: TransferRequest) -> Carried:
     request.control.report("mapping the landmarks", 0.5)
-    points = _images(request.payload.points, request.along(), request.target())
-    return Carried(points=points, warnings=_without_image(points))
+    probability = np.nan if request.confidence is None else request.confidence.probability
+    along = LandmarkMap(
+        (request.along(), request.back()),
+        request.source(),
+        request.target(),
+        request.scale(),
+        probability,
+    )
+    landmarks, warnings = carried_landmarks(request.payload, along)
+    return Carried(landmarks=landmarks, warnings=warnings)
 
 
 def _carry_texture(request: TransferRequest) -> Carried:
@@ -263,44 +280,6 @@ def _own_colors(mesh: TriangleMesh) -> Attribute:
     return colors_of_file(mesh, mesh.colors)
 
 
-def _images(
-    points: Sequence[SurfacePoint],
-    dense: registration.DenseCorrespondence,
-    target: TriangleMesh,
-) -> tuple[TransferredPoint | None, ...]:
-    """Images of landmarks; None for those with a corner that the map does not have."""
-    corners = np.array([one.vertices for one in points], dtype=np.int64)
-    mapped = np.isin(corners, dense.source).all(axis=1)
-    images: list[TransferredPoint | None] = [None] * len(points)
-    if not mapped.any():
-        return tuple(images)
-    weights = np.array([one.weights for one in points])
-    try:
-        found = transfer.landmark_images(Landmarks(corners[mapped], weights[mapped]), dense, target)
-    except TransferError as error:
-        raise OptionError("points", str(error)) from error
-    shares = found.barycentric.clip(0.0, 1.0)
-    places = target.vertices[target.vertices_of(found.corners)]
-    positions = np.einsum("kc,kcd->kd", shares, places)
-    carried = zip(found.corners.tolist(), shares.tolist(), positions.tolist(), strict=True)
-    for place, (three, share, position) in zip(np.flatnonzero(mapped), carried, strict=True):
-        images[place] = TransferredPoint(
-            vertices=tuple(three), weights=tuple(share), position=tuple(position)
-        )
-    return tuple(images)
-
-
-def _without_image(points: Sequence[SurfacePoint | None]) -> tuple[str, ...]:
-    """Which landmarks are missing, and why, if some are."""
-    missing = [str(place) for place, one in enumerate(points) if one is None]
-    if not missing:
-        return ()
-    return (
-        f"{len(missing)} of {len(points)} landmarks are missing, as they have no partner or are not"
-        f" part of the mapped surface: points {_some(missing)}, counted from 0",
-    )
-
-
 def _without_value(carried: Sequence[Attribute], along: Sequence[Along]) -> tuple[str, ...]:
     """How many rows have no value, and why, if some have none."""
     outside: dict[str, None] = {}
@@ -315,17 +294,11 @@ def _without_value(carried: Sequence[Attribute], along: Sequence[Along]) -> tupl
     return (
         *outside,
         *(
-            f"{count} {of} have no value of {_some(names)}: what they correspond to has none"
+            f"{count} {of} have no value of {some_of(names)}: what they correspond to has none"
             for (count, of), names in unknown.items()
             if count
         ),
     )
-
-
-def _some(names: Sequence[str]) -> str:
-    """The first of some names, and how many more there are."""
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return ", ".join(names[:_NAMED]) + more
 
 
 def _without_coordinates(paint: Paint) -> tuple[str, ...]:

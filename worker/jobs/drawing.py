@@ -67,10 +67,10 @@ def _matrix(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) 
 
 
 def _transfer(packed: bytes, drawn: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+    result = TransferResult.model_validate_json(gzip.decompress(packed))
     if payload.format == "npz":
         assert isinstance(drawn.payload, TransferPayload)
-        return source_arrays(drawn.payload, store)
-    result = TransferResult.model_validate_json(gzip.decompress(packed))
+        return source_arrays(drawn.payload, result, store)
     return export_transfer(result, payload.job, payload.format, store)
 
 

@@ -20,7 +20,14 @@ from broker.blobs import BlobError, BlobLost, BlobsFull
 from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem, ProblemType
 from broker.store import NewerRecord, QuotaExceeded, Store
 from broker.upkeep import store_away
-from solver.errors import MeshError, OptionError, PrototypeError, SolverError, TransferError
+from solver.errors import (
+    MeshError,
+    MisplacedLandmarks,
+    OptionError,
+    PrototypeError,
+    SolverError,
+    TransferError,
+)
 from worker.pictures import NoAlternative
 
 
@@ -270,7 +277,7 @@ def problem_of(error: Exception | JobTimedOut, record: JobRecord) -> Problem:
         case PrototypeError():
             return Problem.of(ProblemType.UNUSABLE_PROTOTYPE, str(error), file)
         case TransferError():
-            return Problem.of(ProblemType.UNUSABLE_ATTRIBUTES, str(error), file)
+            return _not_transferred(error, file)
         case SolverError():
             return Problem.of(ProblemType.NO_SOLUTION, str(error))
         case TooLarge() | MemoryError():
@@ -288,6 +295,13 @@ def problem_of(error: Exception | JobTimedOut, record: JobRecord) -> Problem:
         case Gone():
             return Problem.of(error.type, str(error))
     return _store_failed(error) or _unforeseen(record)
+
+
+def _not_transferred(error: TransferError, file: tuple[FieldProblem, ...]) -> Problem:
+    if not isinstance(error, MisplacedLandmarks):
+        return Problem.of(ProblemType.UNUSABLE_ATTRIBUTES, str(error), file)
+    landmarks = FieldProblem(field="body.landmarks", message=str(error))
+    return Problem.of(ProblemType.MISPLACED_LANDMARKS, str(error), (landmarks,))
 
 
 def _timed_out(record: JobRecord) -> str:

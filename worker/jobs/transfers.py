@@ -4,8 +4,6 @@ import time
 from collections.abc import Sequence
 from typing import Final, Literal
 
-import numpy as np
-
 from broker.contracts import (
     LANDMARKS,
     UV,
@@ -14,7 +12,6 @@ from broker.contracts import (
     AttributeSummary,
     AttributesValidationPayload,
     Confidence,
-    SurfacePoint,
     TransferPayload,
     TransferResult,
 )
@@ -25,6 +22,7 @@ from solver.transfer.files import read_attributes, write_npz
 from worker.jobs.carrying import TransferRequest, carried_by, carried_from
 from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import ResultGone
+from worker.jobs.landmarks import image_of, landmark_arrays, point_arrays
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
 from worker.jobs.uploads import stored_once
@@ -82,8 +80,9 @@ def carry(payload: TransferPayload, context: JobContext) -> JobResult:
     names = (match.source_name, match.target_name)[:: 1 if forwards else -1]
     if dense is None or dense.inverse is None:
         raise OptionError("match", "it has no map in both directions; match again with `dense`")
-    found = carried_by(TransferRequest(payload, dense, dense.inverse, context, control))
-    carried, points = found.attributes, found.points
+    along = dense, dense.inverse, match.confidence, match.overlap
+    found = carried_by(TransferRequest(payload, *along, context, control))
+    carried, landmarks = found.attributes, found.landmarks
     # The map of an alternative is not that of the answer, which confidence is of.
     confidence = match.confidence if dense.hypothesis == 0 else None
     result = TransferResult(
@@ -98,16 +97,25 @@ def carry(payload: TransferPayload, context: JobContext) -> JobResult:
         on=_on(carried, payload),
         rows=len(carried[0].values) if carried else 0,
         attributes=tuple(map(summary_of, carried)),
-        points=points,
+        points=None if landmarks is None else tuple(map(image_of, landmarks)),
+        landmarks=landmarks,
         confidence=confidence,
         warnings=(*_in_doubt(confidence), *found.warnings),
         timings={"total": time.perf_counter() - start},
     )
-    return JobResult(result.model_dump_json().encode(), write_arrays(carried, points))
+    arrays = write_npz(carried) if landmarks is None else landmark_arrays(landmarks)
+    return JobResult(result.model_dump_json().encode(), arrays)
 
 
-def source_arrays(payload: TransferPayload, store: Store) -> bytes:
+def source_arrays(payload: TransferPayload, result: TransferResult, store: Store) -> bytes:
     """Return what a transfer carried, as it is on its source, in the form of its own arrays.
+
+    Parameters
+    ----------
+    payload, result
+        Of the job.
+    store
+        Store of the shapes and files.
 
     Raises
     ------
@@ -115,8 +123,10 @@ def source_arrays(payload: TransferPayload, store: Store) -> bytes:
         The shape or the attribute file expired or was deleted.
     """
     if payload.what == LANDMARKS:
-        return write_arrays((), payload.points)
-    return write_arrays(carried_from(payload, stored_mesh(payload.source, store.shapes), store))
+        # Results of earlier versions have no more than images, of points that were given.
+        placed = [one.on_source for one in result.landmarks or ()]
+        return write_npz(point_arrays(placed if payload.points is None else payload.points))
+    return write_npz(carried_from(payload, stored_mesh(payload.source, store.shapes), store))
 
 
 def summary_of(attribute: Attribute) -> AttributeSummary:
@@ -129,23 +139,6 @@ def summary_of(attribute: Attribute) -> AttributeSummary:
         on=_ON.get(attribute.on or ""),
         rows=len(attribute.values),
     )
-
-
-def write_arrays(
-    attributes: Sequence[Attribute], points: Sequence[SurfacePoint | None] | None = None
-) -> bytes:
-    """Return attributes, or landmarks as `vertices` and `weights`, as the bytes of an ``.npz``.
-
-    Landmarks without an image have -1 and nan.
-    """
-    if points is not None:
-        vertices = [3 * (-1,) if one is None else one.vertices for one in points]
-        weights = [3 * (np.nan,) if one is None else one.weights for one in points]
-        attributes = (
-            Attribute("vertices", np.array(vertices, dtype=np.int64)),
-            Attribute("weights", np.array(weights)),
-        )
-    return write_npz(attributes)
 
 
 def _on(

@@ -42,6 +42,7 @@ from solver.similarity import (
     signature,
 )
 from solver.templates import register_template, shape_statistics
+from solver.transfer import carry_landmarks, place_landmarks
 from worker.jobs import (
     MatchInput,
     arrays_of,
@@ -119,7 +120,10 @@ def _map(mesh: TriangleMesh) -> None:
     source, target = _two(mesh)
     found = register(Shape(source), Shape(target), (), _one_of_each())
     assert found is not None
-    found.dense(Control())
+    dense = found.dense(Control())
+    assert dense.inverse is not None
+    placed = place_landmarks((None,), source.vertices[:1], source)
+    carry_landmarks(placed.points, (dense, dense.inverse), source, target)
     refine_by_gmds(found, np.arange(3), 0, _one_of_each())
     # By which candidates are crossed in doubt.
     minimum_cut(np.zeros(1, dtype=np.int64), np.ones(1, dtype=np.int64), np.ones(1), 0, 1)

@@ -13,7 +13,7 @@ from isomatch._cli import render
 from isomatch._cli.exit_codes import Failures, connected
 from isomatch._cli.job_runs import echo_link, echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
-from isomatch._cli.landmark_templates import checked_surface, landmarks_of
+from isomatch._cli.landmark_templates import check_template, landmarks_of
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, shapes_given
 from isomatch._cli.output_files import files_given, folder_given
 from isomatch._cli.parameter_options import MATCH
@@ -168,11 +168,9 @@ def landmarks(
         read = [landmarks_of(file, shape, coordinates) for shape, file in files]
         sets = with_same_labels(read, [str(file) for _, file in files])
         shapes = uploaded(client, [shape for shape, _ in files], as_json)
-        surfaces = [
-            checked_surface(client, mesh, shape, given, file, coordinates, as_json)
-            for (mesh, file), shape, given in zip(files, shapes, read, strict=True)
-        ]
-        templates = list(map(LandmarkTemplate, shapes, sets, surfaces))
+        for (mesh, file), shape, given in zip(files, shapes, read, strict=True):
+            check_template(client, mesh, shape, given, file, coordinates, as_json)
+        templates = list(map(LandmarkTemplate, shapes, sets))
         folder.mkdir(exist_ok=True)
         output = LandmarkOutput(folder, file_format, coordinates)
         failures = Failures(as_json)

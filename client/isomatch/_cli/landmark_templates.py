@@ -17,7 +17,6 @@ from isomatch._landmarks import (
     stem_of,
 )
 from isomatch._models import Shape
-from isomatch._results import Geometry
 
 _MOST_NAMED: Final = 10
 
@@ -54,7 +53,7 @@ def landmarks_of(file: Path, mesh: str, coordinates: CoordinateSystem) -> Landma
     return found[0]
 
 
-def checked_surface(
+def check_template(
     client: Client,
     mesh: str,
     shape: Shape,
@@ -62,10 +61,10 @@ def checked_surface(
     file: Path,
     coordinates: CoordinateSystem,
     as_json: bool,
-) -> Geometry:
-    """Return the surface of a template, and warn of landmarks that are far from it.
+) -> None:
+    """Warn of landmarks that are far from the surface of their template.
 
-    Exits if they cannot be carried.
+    Exits if they cannot be carried, before anything is matched.
 
     Parameters
     ----------
@@ -81,8 +80,7 @@ def checked_surface(
         Report errors as JSON, and no warnings.
     """
     try:
-        surface = client.geometry(shape)
-        remarks = remarks_on(landmarks, surface)
+        remarks = remarks_on(landmarks, client.geometry(shape))
     except WrongCoordinates as error:
         other: CoordinateSystem = "LPS" if coordinates == "RAS" else "RAS"
         # Files that name no system are read alike for both.
@@ -94,4 +92,3 @@ def checked_surface(
         leave(error, as_json, mesh)
     if not as_json:
         render.print_warnings([f"{mesh}: {text}" for text in remarks], render.standard_error())
-    return surface

@@ -4,7 +4,6 @@ import os
 from collections.abc import AsyncIterator, Iterable, Sequence
 from types import TracebackType
 from typing import Unpack
-from weakref import WeakKeyDictionary
 
 import httpx2
 
@@ -22,7 +21,7 @@ from isomatch._http import (
     timeout_given,
     url_or_default,
 )
-from isomatch._landmarks import LandmarkTemplate, Placements
+from isomatch._landmarks import LandmarkSet, LandmarkTemplate
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
@@ -128,7 +127,6 @@ class AsyncClient:
             transport,
             api_key_or_default(api_key),
         )
-        self._placed: Placements = WeakKeyDictionary()
 
     async def __aenter__(self) -> "AsyncClient":
         return self
@@ -398,6 +396,7 @@ class AsyncClient:
         names: Iterable[str] = (),
         influences: int | None = None,
         points: Iterable[Landmark] = (),
+        landmarks: LandmarkSet | None = None,
         webhook: Webhook | None = None,
         idempotency_key: str | None = None,
     ) -> AsyncJob[Transfer]:
@@ -429,6 +428,9 @@ class AsyncClient:
             For skinning, how many joints each vertex keeps; None for all.
         points
             The landmarks: vertices, or points with `vertices` and `weights`.
+        landmarks
+            The landmarks by their positions, in the coordinates of the shape's file, instead of
+            `points`. Those farther than 0.05 √area from its surface are left out.
         webhook, idempotency_key
             As for :meth:`match`.
 
@@ -456,6 +458,7 @@ class AsyncClient:
             names=names,
             influences=influences,
             points=points,
+            landmarks=landmarks,
             webhook=webhook,
             key=idempotency_key,
         )
@@ -515,7 +518,7 @@ class AsyncClient:
                 landmarks.withdraw_landmarks(templates, specimen, parameters, keys)
             )
             raise
-        return AsyncLandmarkJob(self._transport, templates, specimen, records, self._placed)
+        return AsyncLandmarkJob(self._transport, templates, specimen, records)
 
     async def register(
         self,

@@ -8,7 +8,6 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from types import TracebackType
 from typing import Unpack
-from weakref import WeakKeyDictionary
 
 import httpx2
 
@@ -26,7 +25,7 @@ from isomatch._http import (
     timeout_given,
     url_or_default,
 )
-from isomatch._landmarks import LandmarkTemplate, Placements
+from isomatch._landmarks import LandmarkSet, LandmarkTemplate
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
@@ -129,7 +128,6 @@ class Client:
             transport,
             api_key_or_default(api_key),
         )
-        self._placed: Placements = WeakKeyDictionary()
 
     def __enter__(self) -> "Client":
         return self
@@ -399,6 +397,7 @@ class Client:
         names: Iterable[str] = (),
         influences: int | None = None,
         points: Iterable[Landmark] = (),
+        landmarks: LandmarkSet | None = None,
         webhook: Webhook | None = None,
         idempotency_key: str | None = None,
     ) -> Job[Transfer]:
@@ -430,6 +429,9 @@ class Client:
             For skinning, how many joints each vertex keeps; None for all.
         points
             The landmarks: vertices, or points with `vertices` and `weights`.
+        landmarks
+            The landmarks by their positions, in the coordinates of the shape's file, instead of
+            `points`. Those farther than 0.05 √area from its surface are left out.
         webhook, idempotency_key
             As for :meth:`match`.
 
@@ -457,6 +459,7 @@ class Client:
             names=names,
             influences=influences,
             points=points,
+            landmarks=landmarks,
             webhook=webhook,
             key=idempotency_key,
         )
@@ -516,7 +519,7 @@ class Client:
                 landmarks.withdraw_landmarks(templates, specimen, parameters, keys)
             )
             raise
-        return LandmarkJob(self._transport, templates, specimen, records, self._placed)
+        return LandmarkJob(self._transport, templates, specimen, records)
 
     def register(
         self,

@@ -7,7 +7,7 @@ be edited by hand.
 from collections.abc import Sequence
 
 from isomatch._http import BlockingTransport
-from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, Placements
+from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate
 from isomatch._models import JobRecord, Shape
 from isomatch._operations import landmarks
 
@@ -27,42 +27,44 @@ class LandmarkJob:
         templates: Sequence[LandmarkTemplate],
         specimen: Shape | str,
         records: Sequence[JobRecord],
-        placed: Placements,
     ) -> None:
         self._transport = transport
         self._templates = tuple(templates)
         self._specimen = specimen
-        self._placed = placed
+        self._transfers: dict[str, str] = {}
         self.job_ids = tuple(record.id for record in records)
 
     def result(self, progress: bool = False, timeout: float | None = None) -> CarriedLandmarks:
-        """Wait until the matches have ended, and return the landmarks of the specimen.
+        """Wait until the matches have ended, and carry the landmarks to the specimen.
 
         Parameters
         ----------
         progress
-            Show a progress bar for each match on the standard error.
+            Show a progress bar for each match and transfer on the standard error.
         timeout
-            Seconds to wait for each match; None for no limit.
+            Seconds to wait for each match, and for each transfer along one; None for no limit.
 
         Raises
         ------
         JobFailed, JobCancelled
-            A match failed or was cancelled.
+            A match or a transfer failed or was cancelled.
         WaitTimeout
-            A match did not end within `timeout` seconds; it continues.
+            A match or a transfer did not end within `timeout` seconds; it continues.
+        WrongCoordinates
+            Landmarks of a template are in another coordinate system (LPS or RAS) or unit of length
+            than their mesh.
         ValueError
-            The templates do not have the same landmarks, or some are in another coordinate system
-            (LPS or RAS) than their mesh; or `timeout` is negative.
+            The templates do not have the same landmarks, or `timeout` is negative.
         TypeError
             `timeout` is no number.
         """
         return self._transport.run(
             landmarks.get_landmarks(
-                self._templates, self._specimen, self.job_ids, self._placed, progress, timeout
+                self._templates, self._specimen, self.job_ids, self._transfers, progress, timeout
             )
         )
 
     def cancel(self) -> None:
-        """Cancel the matches that are queued or running."""
-        self._transport.run(landmarks.cancel_landmarks(self.job_ids))
+        """Cancel the matches and transfers that are queued or running."""
+        jobs = (*self.job_ids, *self._transfers.values())
+        self._transport.run(landmarks.cancel_landmarks(jobs))

@@ -2,7 +2,11 @@
 
 from isomatch._landmarks.carrying import (
     CarriedLandmarks,
-    carried_landmarks,
+    FromTemplate,
+    from_transfer,
+    merged,
+    missing_landmarks,
+    same_order,
     with_same_labels,
 )
 from isomatch._landmarks.formats import (
@@ -16,7 +20,7 @@ from isomatch._landmarks.formats import (
     write_landmarks,
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
-from isomatch._landmarks.placing import LandmarkTemplate, PlacedLandmarks, Placements
+from isomatch._landmarks.landmark_template import LandmarkTemplate
 from isomatch._landmarks.remarks import remarks_on
 
 __all__ = [
@@ -24,15 +28,17 @@ __all__ = [
     "PER_SPECIMEN",
     "CarriedLandmarks",
     "CoordinateSystem",
+    "FromTemplate",
     "LandmarkFormat",
     "LandmarkSet",
     "LandmarkTemplate",
-    "PlacedLandmarks",
-    "Placements",
     "append_landmarks",
-    "carried_landmarks",
+    "from_transfer",
+    "merged",
+    "missing_landmarks",
     "read_landmarks",
     "remarks_on",
+    "same_order",
     "stem_of",
     "with_same_labels",
     "write_landmarks",

@@ -1,28 +1,24 @@
-"""Landmarks of templates carried to a specimen along dense matches, computed locally."""
+"""Landmarks of a specimen, merged from those that several templates have."""
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
 
-from isomatch._landmarks.confidence import (
-    NEAR,
-    confidence,
-    local_distortion,
-    square_root_of_area,
-)
 from isomatch._landmarks.landmark_set import LandmarkSet
 from isomatch._landmarks.median import geometric_median
-from isomatch._landmarks.placing import PlacedLandmarks
-from isomatch._landmarks.remarks import FAR
-from isomatch._landmarks.surface_points import images, nearest_points
-from isomatch._models import VertexMap
-from isomatch._results import Geometry, Match
+from isomatch._landmarks.surface_points import nearest_points, square_root_of_area
+from isomatch._models import TransferredLandmark
+from isomatch._results import Geometry
 from isomatch._results.summary import screen
 
 Floats = npt.NDArray[np.float64]
+
+NEAR: Final = 0.05
+"""Error over √area up to which a landmark counts as right."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,97 +103,31 @@ class FromTemplate:
         return FromTemplate(*(values[rows] for values in vars(self).values()))
 
 
-def carried_landmarks(
-    templates: Sequence[PlacedLandmarks], matches: Sequence[Match], specimen: Geometry
-) -> CarriedLandmarks:
-    """Carry landmarks of templates to a specimen.
+def from_transfer(landmarks: Sequence[TransferredLandmark]) -> FromTemplate:
+    """Return the landmarks of a transfer; those without a confidence are missing."""
 
-    Parameters
-    ----------
-    templates
-        Landmarks of each template, with the same labels.
-    matches
-        Of each template with the specimen, dense and with a confidence.
-    specimen
-        Its surface.
+    def column(name: str) -> Floats:
+        return np.array([getattr(one, name) for one in landmarks], dtype=np.float64)
 
-    Raises
-    ------
-    ValueError
-        Labels differ, or a match has no dense map in both directions or no confidence.
-    """
-    each = []
-    orders = _same_order([one.landmarks for one in templates])
-    probabilities = []
-    for template, order, match in zip(templates, orders, matches, strict=True):
-        if match.dense is None or match.confidence is None:
-            raise ValueError("landmarks are carried along dense matches with a confidence")
-        probabilities.append(match.confidence.probability)
-        each.append(
-            from_template(
-                template,
-                (match.dense.source_to_target, match.dense.target_to_source),
-                match.confidence.probability,
-                specimen,
-                None if match.overlap is None else match.overlap.scale,
-            ).at(order)
-        )
-    return merged(templates[0].landmarks.labels, each, np.array(probabilities), specimen)
+    sure = column("confidence")
+    positions = np.array([one.position or 3 * (np.nan,) for one in landmarks]).reshape(-1, 3)
+    measures = column("round_trip"), column("distortion"), column("from_surface")
+    missing = np.isnan(sure)
+    for values in (positions, *measures):
+        values[missing] = np.nan
+    return FromTemplate(positions, sure, *measures)
 
 
-def from_template(
-    template: PlacedLandmarks,
-    maps: tuple[VertexMap, VertexMap],
-    probability: float,
-    specimen: Geometry,
-    scale: float | None = None,
-) -> FromTemplate:
-    """Carry the landmarks of one template.
-
-    Landmarks are missing that are farther than `FAR` from the template, and those of a part whose
-    triangle, or that of whose image, has a corner without a partner.
-
-    Parameters
-    ----------
-    template
-        Its landmarks, on its surface.
-    maps
-        From the template to the specimen, and from the specimen to the template.
-    probability
-        Confidence of the match.
-    specimen
-        Its surface.
-    scale
-        As for :func:`.local_distortion`.
-    """
-    there, back = maps
-    landmarks, surface, nearest = template.landmarks, template.surface, template.nearest
-    carried = np.flatnonzero(nearest.among(there.vertices) & (template.apart <= FAR))
-    found = images(nearest.at(carried), there, specimen)
-    returning = found.among(back.vertices)
-    carried, found = carried[returning], found.at(returning)
-    here = nearest.at(carried).positions(surface)
-    returned = images(found, back, surface).positions(surface)
-    trips = np.linalg.norm(returned - here, axis=1) / template.size
-    part = _part_of(surface, there.vertices)
-    changes = local_distortion(part, there, specimen, here, scale)
-
-    def placed(values: Floats) -> Floats:
-        every = np.full((len(landmarks), *values.shape[1:]), np.nan)
-        every[np.flatnonzero(landmarks.present)[carried]] = values
-        return every
-
-    return FromTemplate(
-        positions=placed(found.positions(specimen)),
-        confidence=placed(confidence(probability, trips, changes)),
-        round_trip=placed(trips),
-        distortion=placed(changes),
-        from_surface=placed(template.apart[carried]),
-    )
+def missing_landmarks(count: int) -> FromTemplate:
+    """Return landmarks that a template lacks."""
+    return FromTemplate(np.full((count, 3), np.nan), *(np.full(count, np.nan) for _ in range(4)))
 
 
 def merged(
-    labels: tuple[str, ...], each: Sequence[FromTemplate], probabilities: Floats, specimen: Geometry
+    labels: tuple[str, ...],
+    each: Sequence[FromTemplate],
+    probabilities: Floats,
+    specimen: Geometry | None,
 ) -> CarriedLandmarks:
     """Merge what several templates say of one specimen.
 
@@ -213,7 +143,7 @@ def merged(
     probabilities
         Confidence of the match of each.
     specimen
-        Its surface.
+        Its surface; None if there is one template.
     """
     places = np.stack([one.positions for one in each], axis=1)
     sure = np.stack([one.confidence for one in each], axis=1)
@@ -225,8 +155,10 @@ def merged(
         chosen = there[row]
         positions[row] = geometric_median(places[row, chosen], sure[row, chosen])
     several = there.sum(axis=1) > 1
-    positions[several] = nearest_points(specimen, positions[several]).positions(specimen)
-    apart = np.linalg.norm(places - positions[:, None], axis=2) / square_root_of_area(specimen)
+    apart = np.zeros(there.shape)
+    if specimen is not None:
+        positions[several] = nearest_points(specimen, positions[several])
+        apart = np.linalg.norm(places - positions[:, None], axis=2) / square_root_of_area(specimen)
     total = np.where(some, np.maximum(weights.sum(axis=1), np.finfo(float).tiny), np.nan)
     agreed = np.where(there & (apart <= NEAR), weights**2, 0.0).sum(axis=1)
 
@@ -268,14 +200,14 @@ def with_same_labels(
     first = landmarks[0].labels
     return [
         one if one.labels == first else LandmarkSet(first, one.positions[rows], one.name)
-        for one, rows in zip(landmarks, _same_order(landmarks, names), strict=True)
+        for one, rows in zip(landmarks, same_order(landmarks, names), strict=True)
     ]
 
 
-def _same_order(
+def same_order(
     landmarks: Sequence[LandmarkSet], names: Sequence[str] | None = None
 ) -> list[list[int]]:
-    """Rows of each template in the order of the first: see :func:`with_same_labels`."""
+    """Return the rows of each template in the order of the first: see :func:`with_same_labels`."""
     named = names or [f"template {number + 1}" for number in range(len(landmarks))]
     first = landmarks[0].labels
     orders = []
@@ -304,11 +236,3 @@ def _differing(first: Sequence[str], other: Sequence[str], names: tuple[str, str
         f"{names[0]} and {names[1]} do not have the same landmarks: {having} has {label!r}{more},"
         f" {lacking} does not"
     )
-
-
-def _part_of(geometry: Geometry, vertices: npt.NDArray[np.int64]) -> Geometry:
-    """The surface without faces that are not mapped, such as other components."""
-    kept = np.isin(geometry.vertex_ids[geometry.faces], vertices).all(axis=1)
-    if not kept.any():
-        raise ValueError("the match has no map of the template's surface; do not simplify it")
-    return Geometry(geometry.vertices, geometry.faces[kept], geometry.vertex_ids, None)

@@ -1,4 +1,7 @@
-"""Landmarks that do not lie on the surface of their template: remarks on them, and refusals."""
+"""Landmarks that do not lie on the surface of their template: remarks on them, and refusals.
+
+The service has the same remarks on what it carries; these are made before anything is matched.
+"""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -9,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from isomatch._errors import WrongCoordinates
-from isomatch._landmarks.confidence import square_root_of_area
 from isomatch._landmarks.landmark_set import LandmarkSet
-from isomatch._landmarks.surface_points import nearest_points
+from isomatch._landmarks.surface_points import nearest_points, square_root_of_area
 from isomatch._results import Geometry
 
 Floats = npt.NDArray[np.float64]
@@ -42,7 +44,8 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
     Raises
     ------
     WrongCoordinates
-        As for :func:`refuse_wrong_coordinates`.
+        With x and y negated fewer than half as many are far from the surface, and the median
+        distance is less than half: in the wrong system some are near it by chance.
     ValueError
         All landmarks are missing or far, so that none can be carried.
     """
@@ -63,28 +66,6 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
     elif hint:
         remarks.append(f"the landmarks lie beside the surface; {hint}")
     return tuple(remarks)
-
-
-def refuse_wrong_coordinates(landmarks: LandmarkSet, template: Geometry) -> None:
-    """Refuse landmarks that only fit their template with x and y negated.
-
-    In the wrong system some of them are near the surface by chance, at wrong places.
-
-    Parameters
-    ----------
-    landmarks
-        Of the template.
-    template
-        Its surface.
-
-    Raises
-    ------
-    WrongCoordinates
-        With x and y negated fewer than half as many are far from the surface, and the median
-        distance is less than half.
-    """
-    if landmarks.present.any():
-        _Distances.of(landmarks, template).refuse_wrong_coordinates()
 
 
 def _recurring(labels: Sequence[str]) -> list[str]:
@@ -163,6 +144,5 @@ class _Distances:
 
 
 def _distances(geometry: Geometry, positions: Floats) -> Floats:
-    nearest = nearest_points(geometry, positions).positions(geometry)
-    found: Floats = np.linalg.norm(positions - nearest, axis=1)
+    found: Floats = np.linalg.norm(positions - nearest_points(geometry, positions), axis=1)
     return found

@@ -2,7 +2,12 @@
 
 from isomatch._models.answer import Answer, Page
 from isomatch._models.arguments import StructureChoice, check_names
-from isomatch._models.attributes import Attributes, AttributeSummary, SurfacePoint
+from isomatch._models.attributes import (
+    Attributes,
+    AttributeSummary,
+    SurfacePoint,
+    TransferredLandmark,
+)
 from isomatch._models.confidence import Confidence
 from isomatch._models.correspondences import (
     Alternative,
@@ -73,6 +78,7 @@ __all__ = [
     "StructureParameter",
     "Structures",
     "SurfacePoint",
+    "TransferredLandmark",
     "VertexMap",
     "ViewAxes",
     "begins_job_id",

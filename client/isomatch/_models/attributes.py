@@ -80,3 +80,38 @@ class SurfacePoint(Answer):
     vertices: Annotated[tuple[int, ...], Field(min_length=3, max_length=3)]
     weights: Annotated[tuple[FiniteFloat, ...], Field(min_length=3, max_length=3)]
     position: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = None
+
+
+class TransferredLandmark(Answer):
+    """A landmark carried to another shape. Lengths are over the square root of the area.
+
+    Attributes
+    ----------
+    label
+        Its name; None for none.
+    on_source
+        Point of the surface that it stands for; None if it is missing, or was left out as it is
+        farther than 0.05 from the surface.
+    position
+        Where its image is, in the coordinates of the other shape's file; None if it has none.
+    vertices, weights
+        The image as a point in a triangle, see :class:`SurfacePoint`.
+    confidence
+        Probability that the image is within 0.05 of the right place; None if it is not known.
+    round_trip
+        Distance of the landmark from the image of its image; None if the image has no partner.
+    distortion
+        Deviation of the map from a rigid motion within 0.1 of the landmark.
+    from_surface
+        Distance of the given position from the surface; None of a point of the surface.
+    """
+
+    label: str | None
+    on_source: SurfacePoint | None
+    position: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None
+    vertices: Annotated[tuple[int, ...], Field(min_length=3, max_length=3)] | None
+    weights: Annotated[tuple[FiniteFloat, ...], Field(min_length=3, max_length=3)] | None
+    confidence: FiniteFloat | None
+    round_trip: FiniteFloat | None
+    distortion: FiniteFloat | None
+    from_surface: FiniteFloat | None

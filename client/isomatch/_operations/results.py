@@ -72,10 +72,7 @@ def get_document(record: JobRecord) -> Operation[Result]:
     UnexpectedResponse
         Results of its kind are unknown.
     """
-    if record.state == "failed":
-        raise JobFailed(record.id, record.error)
-    if record.state == "cancelled":
-        raise JobCancelled(record.id)
+    check_succeeded(record)
     call = Call("GET", path_to("jobs", record.id, "result"), outage=LONGEST_OUTAGE)
     with job_named(record.id, "has succeeded"):
         response = yield from send(call)
@@ -89,6 +86,20 @@ def get_document(record: JobRecord) -> Operation[Result]:
         return kind.from_json(response.content)
     except ValidationError as error:
         raise unexpected(response, error) from error
+
+
+def check_succeeded(record: JobRecord) -> None:
+    """Refuse a job that has ended without a result.
+
+    Raises
+    ------
+    JobFailed, JobCancelled
+        It failed, or was cancelled.
+    """
+    if record.state == "failed":
+        raise JobFailed(record.id, record.error)
+    if record.state == "cancelled":
+        raise JobCancelled(record.id)
 
 
 def get_file(

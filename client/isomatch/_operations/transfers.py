@@ -2,11 +2,12 @@
 
 import operator
 from collections.abc import Iterable, Mapping
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 import numpy.typing as npt
 
 from isomatch._http import Json, Operation
+from isomatch._landmarks import LandmarkSet
 from isomatch._models import Attributes, JobRecord, SurfacePoint, is_attributes_id
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import Identified, id_of, listed
@@ -22,6 +23,10 @@ Landmark: TypeAlias = int | SurfacePoint | Mapping[str, object]
 """A vertex, or a point with `vertices` and `weights`."""
 
 
+LONGEST_LABEL: Final = 200
+"""Characters of a label, as in the service."""
+
+
 def start_transfer(
     match: Identified | str,
     values: Attributes | AttributesSource | None,
@@ -32,6 +37,7 @@ def start_transfer(
     names: Iterable[str],
     influences: int | None,
     points: Iterable[Landmark],
+    landmarks: LandmarkSet | None,
     webhook: Webhook | None,
     key: str | None,
 ) -> Operation[JobRecord]:
@@ -59,7 +65,21 @@ def start_transfer(
         body["influences"] = influences
     if given := [_point(one) for one in listed(points, "landmarks")]:
         body["points"] = given
+    if landmarks is not None:
+        body["landmarks"] = _in_space(landmarks)
     return (yield from start_job("/v1/transfers", body, {}, webhook, key))
+
+
+def _in_space(landmarks: LandmarkSet) -> list[Json]:
+    rows = zip(landmarks.labels, landmarks.positions.tolist(), landmarks.present, strict=True)
+    return [
+        {
+            # The service calls others by their numbers.
+            "label": label if len(label) <= LONGEST_LABEL and label.isprintable() else None,
+            "position": position if present else None,
+        }
+        for label, position, present in rows
+    ]
 
 
 def _point(given: Landmark) -> Json:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import FiniteFloat
 
-from isomatch._models import AttributeSummary, Confidence, SurfacePoint
+from isomatch._models import AttributeSummary, Confidence, SurfacePoint, TransferredLandmark
 from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
@@ -40,6 +40,9 @@ class Transfer(Result):
         What was carried.
     points
         Of landmarks, their images on `target`, None where one has no partner; None for other kinds.
+    landmarks
+        Landmarks with their images and confidences, in the order in which they were given; None for
+        other kinds, and in results of earlier versions.
     confidence
         :class:`Confidence` of the match that it was carried along; None if it is not known.
     warnings
@@ -60,6 +63,7 @@ class Transfer(Result):
     rows: int
     attributes: tuple[AttributeSummary, ...]
     points: tuple[SurfacePoint | None, ...] | None
+    landmarks: tuple[TransferredLandmark, ...] | None = None
     confidence: Confidence | None = None
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]

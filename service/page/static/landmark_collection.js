@@ -6,7 +6,7 @@ import { button, fill, h, table } from "./dom.js";
 import { save } from "./download.js";
 import { ended, follow } from "./events.js";
 import { count, several, stateName } from "./format.js";
-import { writtenOf } from "./landmark_carrying.js";
+import { leftOut, writtenOf } from "./landmark_carrying.js";
 import { landmarkFileArea, systemField } from "./landmark_fields.js";
 import { FORMATS, readLandmarks, writeLandmarks, writeTable } from "./landmark_files.js";
 import { recordOf } from "./match.js";
@@ -37,7 +37,7 @@ export async function landmarkCollectionView(place, batch, signal) {
   let job = batch;
   const show = () => {
     progress.textContent = sentence(job, specimens);
-    fill(list, table(ABOUT, HEADS, specimens.all.map(row)), downloads(specimens.all));
+    fill(list, remarkOn(specimens), table(ABOUT, HEADS, specimens.all.map(row)), downloads(specimens.all));
   };
   specimens.addEventListener("change", show);
   const take = async ([file]) => {
@@ -48,7 +48,7 @@ export async function landmarkCollectionView(place, batch, signal) {
       if (specimens.all.some(({ carried }) => carried?.moves.length > 0) && !(await confirmed("Carry other landmarks?",
         "The corrections of all specimens would be lost.", "Carry them", "Keep these"))) return;
       await specimens.begin({ file: file.name, coordinates, given });
-      fill(said, remarkOn(specimens.template));
+      fill(said);
     } catch (error) {
       if (!signal.aborted) fill(said, problemBox(error));
     }
@@ -59,10 +59,7 @@ export async function landmarkCollectionView(place, batch, signal) {
     h("div", { class: "columns" },
       landmarkFileArea("template", template, CARRIED, take), system),
     said, progress, list);
-  if (specimens.template !== null) {
-    system.querySelector("select").value = specimens.template.coordinates;
-    fill(said, remarkOn(specimens.template));
-  }
+  if (specimens.template !== null) system.querySelector("select").value = specimens.template.coordinates;
   show();
   specimens.work();
   const update = async () => specimens.update((await get(batch.links.partial, signal)).matches);
@@ -75,7 +72,12 @@ export async function landmarkCollectionView(place, batch, signal) {
   if (!signal.aborted) await update();
 }
 
-const remarkOn = ({ remark }) => (remark === null ? null : h("p", { class: "warnings" }, remark));
+// A remark on landmarks that are on no specimen.
+function remarkOn({ all }) {
+  const first = all.find(({ carried }) => carried !== null);
+  const remark = first === undefined ? null : leftOut(first.carried);
+  return remark === null ? null : h("p", { class: "warnings" }, remark);
+}
 
 function sentence(job, { all, template, fits }) {
   const matched = all.filter(({ match }) => match.state === "succeeded").length;

@@ -63,7 +63,7 @@ export async function landmarkView(place, [id], signal) {
     try {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates, shapes[end].name);
-      const carried = await carryLandmarks({ id, result, sides }, { file: file.name, end, coordinates, given }, signal);
+      const carried = await carryLandmarks({ id, sides }, { file: file.name, end, coordinates, given }, signal);
       if (!signal.aborted && newest === file) await show(carried);
     } catch (error) {
       if (!signal.aborted && newest === file) fill(said, problemBox(error));

@@ -2,9 +2,8 @@
 
 import { get } from "./api.js";
 import { drawnShape } from "./drawn_shape.js";
-import { resultOf } from "./events.js";
 import { dropLandmarks, keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
-import { carryLandmarks, usablePoints } from "./landmark_carrying.js";
+import { carryLandmarks, isOfLandmarks } from "./landmark_carrying.js";
 import { stemOf } from "./landmark_files.js";
 
 const SOURCE = 0;
@@ -13,7 +12,7 @@ export const TABLE = "landmarks.csv";
 
 /** Specimens, to which landmarks are carried one after another. Dispatches "change". */
 export class Specimens extends EventTarget {
-  /** The landmarks that are carried, with the name of their `file` and a `remark` on those left out; null until there are some. */
+  /** The landmarks that are carried, with the name of their `file`; null until there are some. */
   template = null;
   /** The specimens: the `match` of each, its `name`, `stem`, the beginning of its files' names, and its landmarks `carried`,
    *  or the `problem` why there are none; null until they are known. */
@@ -39,11 +38,17 @@ export class Specimens extends EventTarget {
   /**
    * Carry other landmarks, to all specimens.
    * @param {Object} template `file`, `coordinates` and the landmarks `given`
-   * @throws {Problem} none of the landmarks can be carried
+   * @throws {Problem} none of the landmarks can be carried, if a specimen is matched yet
    */
   async begin(template) {
-    const { remark } = usablePoints(template.given, await this.#source());
-    this.template = { ...template, end: SOURCE, remark };
+    const next = { ...template, end: SOURCE };
+    const matched = this.all.find(({ match }) => match.state === "succeeded");
+    if (matched !== undefined) {
+      await this.#carried(matched, next).catch((problem) => {
+        if (isOfLandmarks(problem)) throw problem;
+      });
+    }
+    this.template = next;
     this.fits = keepLandmarks(this.#batch, this.template);
     for (const one of this.all) {
       [one.carried, one.problem] = [null, null];
@@ -66,7 +71,7 @@ export class Specimens extends EventTarget {
     this.#busy = true;
     for (let one = this.#next(); one !== undefined && !this.#signal.aborted; one = this.#next()) {
       const { template } = this;
-      const found = await this.#carried(one).then((carried) => ({ carried }), (problem) => ({ problem }));
+      const found = await this.#carried(one, template).then((carried) => ({ carried }), (problem) => ({ problem }));
       // Others may have been chosen meanwhile.
       if (this.#signal.aborted || template !== this.template) continue;
       Object.assign(one, found);
@@ -81,15 +86,11 @@ export class Specimens extends EventTarget {
       : this.all.find(({ match, carried, problem }) => match.state === "succeeded" && carried === null && problem === null);
   }
 
-  async #carried({ match, name }) {
-    const job = await get(`/v1/jobs/${match.job}`, this.#signal);
-    const [result, shape] = await Promise.all([resultOf(job, this.#signal), get(`/v1/shapes/${match.target}`, this.#signal)]);
+  async #carried({ match, name }, template) {
+    const shape = await get(`/v1/shapes/${match.target}`, this.#signal);
     const target = await drawnShape({ ...shape, name }, "target", this.#signal);
-    return carryLandmarks({ id: match.job, result, sides: [await this.#source(), target] }, this.template, this.#signal);
-  }
-
-  async #source() {
-    return (this.#side ??= await drawnShape(this.#shape, "source", this.#signal));
+    this.#side ??= await drawnShape(this.#shape, "source", this.#signal);
+    return carryLandmarks({ id: match.job, sides: [this.#side, target] }, template, this.#signal);
   }
 
   #tell() {

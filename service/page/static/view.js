@@ -43,7 +43,7 @@ function upright(here, there) {
  *
  * Horn's quaternion (1987), by power iteration: the matrix is shifted so that its greatest eigenvalue is the largest.
  */
-export function nearestRotation(here, there) {
+function nearestRotation(here, there) {
   const m = AXES.map((a) => AXES.map((b) => here.reduce((sum, point, i) => sum + there[i][a] * point[b], 0)));
   const trace = m[0][0] + m[1][1] + m[2][2];
   const skew = [m[1][2] - m[2][1], m[2][0] - m[0][2], m[0][1] - m[1][0]];

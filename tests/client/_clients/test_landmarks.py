@@ -64,42 +64,67 @@ class Counting(httpx2.HTTPTransport):
 
     def __init__(self) -> None:
         super().__init__()
-        self.requested: list[str] = []
+        self.requested: list[tuple[str, str]] = []
 
     def handle_request(self, request: httpx2.Request) -> httpx2.Response:
-        self.requested.append(request.url.path)
+        self.requested.append((request.method, request.url.path))
         return super().handle_request(request)
 
 
-class AsyncCounting(httpx2.AsyncHTTPTransport):
-    """As :class:`Counting`."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.requested: list[str] = []
-
-    async def handle_async_request(self, request: httpx2.Request) -> httpx2.Response:
-        self.requested.append(request.url.path)
-        return await super().handle_async_request(request)
-
-
-def test_the_surface_of_a_template_is_requested_once_by_a_client(url: str, pair: Pair) -> None:
+def test_a_job_carries_once_and_loads_neither_maps_nor_surfaces(url: str, pair: Pair) -> None:
     template = isomatch.LandmarkTemplate(pair[0], GIVEN)
-    surface = f"/v1/shapes/{pair[0].id}/geometry"
-
-    async def program() -> list[str]:
-        network = AsyncCounting()
-        async with isomatch.AsyncClient(url, transport=network) as client:
-            for _ in range(2):
-                await (await client.landmarks([template], pair[1])).result(timeout=240)
-        return network.requested
-
     network = Counting()
     with isomatch.Client(url, transport=network) as client:
-        for _ in range(2):
-            client.landmarks([template], pair[1]).result(timeout=240)
-    for requested in (network.requested, anyio.run(program)):
-        assert requested.count(surface) == 1
+        job = client.landmarks([template], pair[1])
+        first, again = job.result(timeout=240), job.result(timeout=240)
+    np.testing.assert_array_equal(first.positions, again.positions)
+    assert network.requested.count(("POST", "/v1/transfers")) == 1
+    assert ("GET", f"/v1/jobs/{job.job_ids[0]}/result") not in network.requested
+    assert not [path for _, path in network.requested if path.endswith(("geometry", "npz"))]
+
+
+def test_several_specimens_run_at_the_same_time(client: isomatch.Client, pair: Pair) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+    running = client.landmarks([template], pair[1], **LASTING)
+    quick = client.landmarks([template], pair[1])
+    assert not client.job(running.job_ids[0]).finished
+    running.cancel()
+    assert np.isfinite(quick.result(timeout=240).positions[GIVEN.present]).all()
+
+
+def test_landmarks_of_one_template_that_are_all_missing(
+    client: isomatch.Client, pair: Pair
+) -> None:
+    none = isomatch.LandmarkSet(GIVEN.labels, np.full_like(GIVEN.positions, np.nan))
+    templates = [isomatch.LandmarkTemplate(pair[0], one) for one in (none, GIVEN)]
+    both = client.landmarks(templates, pair[1]).result(timeout=240)
+    alone = client.landmarks(templates[1:], pair[1]).result(timeout=240)
+    np.testing.assert_array_equal(both.positions, alone.positions)
+    np.testing.assert_allclose(both.confidence, alone.confidence)
+
+
+@pytest.mark.parametrize("factors", [[1e3, 1e3, 1e3], [-1.0, -1.0, 1.0]])
+def test_landmarks_in_a_wrong_unit_or_system_are_refused(
+    client: isomatch.Client, pair: Pair, factors: list[float]
+) -> None:
+    wrong = isomatch.LandmarkSet(GIVEN.labels, GIVEN.positions * factors)
+    template = isomatch.LandmarkTemplate(pair[0], wrong)
+    with pytest.raises(isomatch.WrongCoordinates, match="landmarks are far from the surface"):
+        client.landmarks([template], pair[1]).result(timeout=240)
+
+
+def test_a_transfer_takes_landmarks_in_space(client: isomatch.Client, pair: Pair) -> None:
+    """Also with labels that the service does not take."""
+    labels = ("a\nb", *GIVEN.labels[1:-1], 300 * "a")
+    match = client.match(*pair, dense=True).wait(timeout=240)
+    given = isomatch.LandmarkSet(labels, GIVEN.positions)
+    found = client.transfer(match, what="landmarks", landmarks=given).result(timeout=240)
+    assert found.landmarks is not None
+    known = [one.label for one in found.landmarks]
+    assert known == [None, *GIVEN.labels[1:-1], None]
+    carried = client.landmarks([isomatch.LandmarkTemplate(pair[0], GIVEN)], pair[1])
+    positions = [one.position or 3 * (np.nan,) for one in found.landmarks]
+    np.testing.assert_allclose(positions, carried.result(timeout=240).positions)
 
 
 def test_matches_are_cancelled_together(client: isomatch.Client, pair: Pair) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import numpy.typing as npt
-from isomatch import Geometry, VertexMap
+from isomatch import Geometry
 
 from tests.client.shapes import blob_meshes
 
@@ -20,17 +20,6 @@ def blob() -> Geometry:
 def moved(geometry: Geometry, vertices: Floats) -> Geometry:
     """The same triangles with other positions."""
     return Geometry(vertices, geometry.faces, geometry.vertex_ids, None)
-
-
-def identity(geometry: Geometry) -> VertexMap:
-    """The map of each vertex to itself."""
-    ids = geometry.vertex_ids
-    corners = np.zeros((len(ids), 3), dtype=np.int64)
-    weights = np.zeros((len(ids), 3))
-    for face in geometry.faces:
-        corners[face] = ids[face]
-    weights[corners == ids[:, None]] = 1.0
-    return VertexMap(ids, ids, corners, weights)
 
 
 def surface_samples(geometry: Geometry, count: int, seed: int) -> Floats:

@@ -68,6 +68,10 @@ def requested(page: Page, ids: list[str], folder: Path) -> None:
     page.wait_for_url("**/#/landmarks/*")
     rows = page.locator("tbody tr")
     expect(rows).to_have_count(2)
+    # Landmarks are refused at once if there is a match to carry them along.
+    expect(page.get_by_role("status").last).to_contain_text(
+        "2 of 2 specimens matched", timeout=PATIENCE
+    )
     broken = folder / "broken.csv"
     broken.write_text("label,x,y,z\na,0,0,here\n")
     page.locator("#landmarks-template").set_input_files(str(broken))
@@ -162,6 +166,19 @@ def test_landmarks_for_which_the_tab_has_no_room(collection: Page, tmp_path: Pat
     expect(page.get_by_text("carried to 2. This tab has no room to keep them all")).to_be_visible()
     assert len(archive(page, "csv", tmp_path)) == 3
     page.evaluate("sessionStorage.clear()")
+
+
+def test_landmarks_that_are_left_out_are_named(collection: Page, tmp_path: Path) -> None:
+    """Also one whose name is longer than those that the service takes."""
+    long, file = 300 * "a", landmarks(tmp_path)
+    (given,) = isomatch.read_landmarks(file)
+    rows = [*zip(given.labels[:2], given.positions[:2], strict=True), (long, [50.0, 0.0, 0.0])]
+    isomatch.write_landmarks(file, [isomatch.LandmarkSet.of(rows)])
+    collection.locator("#landmarks-template").set_input_files(str(file))
+    said = f'Left out, far from the surface: "{long}".'
+    expect(collection.get_by_text(said)).to_be_visible()
+    for row in collection.locator("tbody tr").all():
+        expect(row).to_contain_text("2 of 3")
 
 
 def test_specimens_without_a_match_are_named(

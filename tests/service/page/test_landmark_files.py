@@ -107,12 +107,6 @@ def test_of_several_specimens_that_of_the_mesh_is_taken(page: Page) -> None:
     assert found == {"label": "tip", "position": [4, 5, 6], "remark": ""}
 
 
-def test_labels_that_recur_are_reported(page: Page) -> None:
-    given = [{"label": label} for label in "pqp"]
-    (said,) = call(page, "landmark_carrying", "return m.recurring(given)", given)
-    assert said == '2 landmarks are called "p"; only their order tells them apart.'
-
-
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("system", ["LPS", "RAS"])
 def test_the_client_reads_what_the_page_writes(

@@ -9,12 +9,10 @@ import httpx2
 import isomatch
 import numpy as np
 import pytest
-from isomatch._landmarks import PlacedLandmarks, carried_landmarks
-from isomatch._landmarks.surface_points import nearest_points
-from isomatch._results import Geometry
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from solver.arrays import FloatArray, IntArray
+from solver.mesh import surface_tree
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import (
     PATIENCE,
@@ -101,11 +99,7 @@ def row(page: Page, label: str) -> Locator:
 
 def distances(carried: Carried, positions: FloatArray) -> FloatArray:
     """How far positions are from the surface of the target."""
-    vertices, faces = carried.surface
-    geometry = Geometry(vertices, faces, np.arange(len(vertices)), None)
-    nearest = nearest_points(geometry, positions).positions(geometry)
-    apart: FloatArray = np.linalg.norm(nearest - positions, axis=1)
-    return apart
+    return surface_tree(*carried.surface).distances(positions)
 
 
 @pytest.fixture(scope="module")
@@ -126,23 +120,15 @@ def test_landmarks_are_carried_and_named(
     found = saved(view, "mrk.json", tmp_path)
     assert found.labels == LABELS
     assert found.present.tolist() == [True, True, True, False]
-    # They are where the service carries these vertices.
+    # They are where the service carries these vertices, and as sure.
     with isomatch.Client(api.url) as client:
-        points = client.transfer(carried.job, what="landmarks", points=AT).result().points
-    assert points is not None
-    there = [one for one in points if one is not None]
-    expected = [np.array(p.weights) @ carried.surface[0][list(p.vertices)] for p in there]
-    np.testing.assert_allclose(found.positions[:3], expected, atol=1e-5)
-    # They are as sure as those that the client carries.
-    (given,) = isomatch.read_landmarks(carried.file)
-    with isomatch.Client(api.url) as client:
-        match = client.job(carried.job).result()
-        assert isinstance(match, isomatch.Match)
-        surfaces = [client.geometry(shape) for shape in (match.source, match.target)]
-        placed = PlacedLandmarks.of(given, surfaces[0])
-        sure = carried_landmarks([placed], [match], surfaces[1]).confidence
+        there = client.transfer(carried.job, what="landmarks", points=AT).result().landmarks
+    assert there is not None
+    expected = [one.position for one in there]
+    np.testing.assert_allclose(found.positions[:3], np.array(expected, float), atol=1e-5)
     said = [float(text.removeprefix("confidence ")) for text in found.descriptions[:3]]
-    np.testing.assert_allclose(said, sure[:3], atol=0.011)
+    sure = np.array([one.confidence for one in there], dtype=np.float64)
+    np.testing.assert_allclose(said, sure, atol=0.0051)
     assert found.descriptions[3] == ""
     shown_ = view.locator("tr[data-landmark] td:nth-child(2)")
     expect(shown_).to_have_text([*(f"{one:.2f}" for one in said), ""])
@@ -309,7 +295,7 @@ def test_landmarks_far_from_the_surface_are_left_out(
     isomatch.write_landmarks(file, [isomatch.LandmarkSet(LABELS, places, "far", certain)])
     shown(page, carried, file, end)
     said = page.locator(".warnings")
-    expect(said).to_contain_text('1 of 4 landmarks is far from the surface, "lost" by ')
+    expect(said).to_contain_text("1 of 4 landmarks is far from the surface, 'lost' by ")
     expect(said).to_contain_text("it is left out")
     expect(row(page, "lost")).to_contain_text("left out")
     found = saved(page, "fcsv", tmp_path)

@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from isomatch._landmarks.surface_points import nearest_points
-from isomatch._results import Geometry
 from playwright.sync_api import BrowserContext, Page
 from scipy.spatial.transform import Rotation
 
 from broker.contracts import LIKELY_RIGHT
-from solver.mesh import triangle_mesh
+from solver.mesh import surface_tree, triangle_mesh
 from tests.client._models.test_schema import OPENAPI
 from tests.client.shapes import CLASSES
 from tests.service.conftest import Api
@@ -396,7 +394,7 @@ def test_a_surface_has_the_colours_of_its_points(page: Page) -> None:
     assert np.median(steps) < 10.0
 
 
-def test_nearest_points_are_those_of_the_client(page: Page) -> None:
+def test_nearest_points_are_those_of_the_solver(page: Page) -> None:
     vertices, faces = blob(2, seed=3)
     rng = np.random.default_rng(4)
     # Above triangles, beyond edges and corners, and far away.
@@ -407,8 +405,8 @@ def test_nearest_points_are_those_of_the_client(page: Page) -> None:
         return positions.map((p) => m.positionOf(mesh.positions, m.nearestPoint(mesh, p)))"""
     mesh = {"positions": flat(vertices), "faces": [int(v) for v in faces.ravel()]}
     found = np.array(call(page, "surface_point", body, [mesh, positions.tolist()]))
-    geometry = Geometry(vertices, faces, np.arange(len(vertices)), None)
-    expected = nearest_points(geometry, positions).positions(geometry)
+    triangles, weights = surface_tree(vertices, faces).nearest(positions)
+    expected = np.einsum("nc,ncd->nd", weights, vertices[faces[triangles]])
     distances = np.linalg.norm(expected - positions, axis=1)
     np.testing.assert_allclose(np.linalg.norm(found - positions, axis=1), distances, atol=1e-12)
     np.testing.assert_allclose(found, expected, atol=1e-7)

@@ -11,9 +11,11 @@ from solver.matching import MatchOptions
 from solver.mesh import triangle_mesh
 from solver.prototype import PrototypeOptions, connected_examples, learn_prototype, match_prototype
 from solver.shape import Shape
+from solver.transfer import carry_landmarks, place_landmarks
 from tests.worker.families import member
 from tests.worker.figures import blob
 from worker.jobs import MatchInput, match_shapes
+from worker.jobs.carrying import solver_map
 from worker.process.warmup import warm_up
 
 VARIED = {"points": 24}, {"points": 24, "occlusion_cost": 0.05}, {"points": 24, "dense": True}
@@ -31,13 +33,19 @@ def variants() -> dict[str, int]:
 
 
 def work() -> None:
-    """Run the most frequent jobs: matches, the last in doubt, and a prototype."""
+    """Run the most frequent jobs: matches, the last in doubt, landmarks, and a prototype."""
     meshes = [triangle_mesh(*member(seed, 3)) for seed in range(4)]
     unlike = triangle_mesh(blob(3)[0] * np.array([1.0, 1.5, 0.6]), blob(3)[1])
     for target, changes in zip((*meshes[1:3], unlike), VARIED, strict=True):
         parameters = MatchParameters.model_validate(changes)
         payload = MatchPayload(source="a", target="b", parameters=parameters)
-        match_shapes(MatchInput(meshes[0], None), MatchInput(target, None), payload, Control())
+        inputs = MatchInput(meshes[0], None), MatchInput(target, None)
+        dense = match_shapes(*inputs, payload, Control()).dense
+    assert dense is not None
+    assert dense.inverse is not None
+    maps = [solver_map(dense, dense.inverse, forwards=forwards) for forwards in (True, False)]
+    placed = place_landmarks(("a", None), meshes[0].vertices[:2], meshes[0])
+    carry_landmarks(placed.points, (maps[0], maps[1]), meshes[0], unlike)
     options = PrototypeOptions(points=24, components=2)
     examples = connected_examples([Shape(mesh) for mesh in meshes[:3]], options).examples
     prototype = learn_prototype(examples, options)

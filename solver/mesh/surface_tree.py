@@ -6,7 +6,8 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
-from solver.mesh import face_normals, nearest_in_triangle
+from solver.mesh.nearest_points import nearest_in_triangle
+from solver.mesh.normals import face_normals
 
 _LEAF = 4
 """Triangles of a leaf, at most twice as many."""
@@ -48,6 +49,21 @@ class SurfaceTree(NamedTuple):
     def distances(self, points: FloatArray) -> FloatArray:
         """(S,) distances of (S, 3) points from the surface, O(log F) each."""
         return _distances(points, self)
+
+    def nearest(self, points: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Points of the surface nearest to others, O(log F) each.
+
+        Parameters
+        ----------
+        points
+            (S, 3).
+
+        Returns
+        -------
+        (S,) triangles, of those that are exactly as near the first, and (S, 3) barycentric
+        coordinates, none negative, with sum 1.
+        """
+        return _nearest(points, self)
 
     def cosines(self, points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Cosines of the angles between normals and those of the surface at the nearest points.
@@ -132,6 +148,18 @@ def _distances(points: FloatArray, tree: SurfaceTree) -> FloatArray:
 
 
 @kernel
+def _nearest(points: FloatArray, tree: SurfaceTree) -> tuple[IntArray, FloatArray]:
+    faces, weights = np.empty(len(points), dtype=np.int64), np.empty((len(points), 3))
+    for place in range(len(points)):
+        x, y, z = points[place]
+        face = nearest_triangles(x, y, z, 0.0, 0.0, 0.0, tree, np.inf)[3]
+        _, s, t = nearest_in_triangle((x, y, z), tree.corners[face], 0, 1, 2)
+        faces[place] = face
+        weights[place] = max(1.0 - s - t, 0.0), s, t
+    return faces, weights
+
+
+@kernel
 def _cosines(
     points: FloatArray, normals: FloatArray, tree: SurfaceTree
 ) -> tuple[FloatArray, FloatArray]:
@@ -139,7 +167,7 @@ def _cosines(
     for place in range(len(points)):
         x, y, z = points[place]
         u, v, w = normals[place]
-        _, low, high = nearest_triangles(x, y, z, u, v, w, tree, np.inf)
+        _, low, high, _ = nearest_triangles(x, y, z, u, v, w, tree, np.inf)
         least[place], greatest[place] = low, high
     return least, greatest
 
@@ -147,7 +175,7 @@ def _cosines(
 @kernel
 def nearest_triangles(
     x: float, y: float, z: float, u: float, v: float, w: float, tree: SurfaceTree, bound: float
-) -> tuple[float, float, float]:
+) -> tuple[float, float, float, int]:
     """Nearest triangles of a point: several, if its nearest point is on an edge.
 
     Parameters
@@ -163,10 +191,11 @@ def nearest_triangles(
 
     Returns
     -------
-    The squared distance, and the least and greatest inner products of the normals of the nearest
-    triangles with (u, v, w).
+    The squared distance, the least and greatest inner products of the normals of the nearest
+    triangles with (u, v, w), and the first triangle of exactly that distance.
     """
     best, least, greatest = np.inf, 0.0, 0.0
+    exact, nearest = np.inf, -1
     bound = bound * (1.0 + _TIE) + _TIE**2
     stack = np.empty(_DEPTH, dtype=np.int64)
     stack[0], size = 0, 1
@@ -188,6 +217,8 @@ def nearest_triangles(
             square = max(nearest_in_triangle((x, y, z), tree.corners[face], 0, 1, 2)[0], 0.0)
             if square > bound:
                 continue
+            if square < exact or (square == exact and face < nearest):
+                exact, nearest = square, face
             normal = tree.normals[face]
             product = u * normal[0] + v * normal[1] + w * normal[2]
             if square * (1.0 + _TIE) + _TIE**2 < best:
@@ -196,7 +227,7 @@ def nearest_triangles(
                 best = min(best, square)
                 least, greatest = min(least, product), max(greatest, product)
             bound = min(bound, best * (1.0 + _TIE) + _TIE**2)
-    return best, least, greatest
+    return best, least, greatest, nearest
 
 
 @kernel

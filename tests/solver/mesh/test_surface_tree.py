@@ -3,8 +3,7 @@
 import numpy as np
 import trimesh
 
-from solver.mesh import face_normals
-from solver.templates import surface_tree
+from solver.mesh import face_normals, surface_tree
 from tests.solver import shapes
 
 
@@ -17,8 +16,13 @@ def test_distances_are_those_to_the_nearest_of_all_triangles() -> None:
         repeated = np.tile(point, (len(corners), 1))
         places = trimesh.triangles.closest_point(corners, repeated)  # type: ignore[no-untyped-call]
         every.append(np.linalg.norm(places - point, axis=1).min())
-    found = surface_tree(mesh.vertices, mesh.faces).distances(points)
-    np.testing.assert_allclose(found, every, atol=1e-12)
+    tree = surface_tree(mesh.vertices, mesh.faces)
+    np.testing.assert_allclose(tree.distances(points), every, atol=1e-12)
+    faces, weights = tree.nearest(points)
+    assert weights.min() >= 0.0
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0)
+    nearest = np.einsum("nc,ncd->nd", weights, corners[faces])
+    np.testing.assert_allclose(np.linalg.norm(nearest - points, axis=1), every, atol=1e-12)
 
 
 def test_the_centre_of_a_triangle_is_on_it_with_its_own_normal() -> None:
