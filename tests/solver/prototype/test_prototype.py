@@ -136,6 +136,21 @@ def test_problems_of_a_level_do_not_depend_on_earlier_ones(seed: int) -> None:
         np.testing.assert_array_equal(problem.table, alone.table)
 
 
+def test_peaks_are_computed_for_the_points_of_a_level_alone() -> None:
+    """A prototype of 256 points has 32,640 distributions of distances, its coarsest level 45."""
+    level = tiny_level(0, 6, 7, np.inf)
+    few = np.arange(4)
+    coarse = replace(level, source=SampledStructure(few, level.source.distances[:4, :4], None))
+    problem = coarse.problem(coarse.all_candidates())
+    assert level.learned_descriptors is not None
+    for mixtures in (level.learned_distances.mixtures, level.learned_descriptors.mixtures):
+        assert "log_peaks" not in vars(mixtures)
+    both = level.problem(level.all_candidates())
+    np.testing.assert_allclose(problem.unary, both.unary[: 4 * 7])
+    # A pair weighs 2/(N - 1).
+    np.testing.assert_allclose(3.0 * problem.table, 5.0 * both.table[: 4 * 7, : 4 * 7])
+
+
 @pytest.mark.parametrize("n", [18])
 def test_dual_decomposition_bounds_tabulated_costs(n: int) -> None:
     level = tiny_level(1, n, n, np.inf)
