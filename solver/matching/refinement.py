@@ -17,7 +17,7 @@ _STAGE = "refinement"
 def refine_hypotheses(
     hypotheses: Sequence[Hypothesis], levels: Sequence[Level], rho: float, control: Control
 ) -> list[Hypothesis]:
-    """Refine every hypothesis from level to level, and order all of them at each (4.1).
+    """Refine the hypotheses from level to level, and order them at each (4.1).
 
     Parameters
     ----------
@@ -28,7 +28,8 @@ def refine_hypotheses(
     rho
         ρ of 4.1.
     control
-        Reports progress and cancels.
+        Reports progress and cancels; past its deadline, only the first one of each level is
+        refined further.
 
     Returns
     -------
@@ -43,12 +44,11 @@ def refine_hypotheses(
     ordered = list(hypotheses)
     for place, level in enumerate(levels):
         with control.stage(_STAGE, place / len(levels)):
-            found = [_refine(one, level, rho, control) for one in ordered]
+            refined = [
+                _refined(one, level, rho, control) for one in control.in_time(ordered, least=1)
+            ]
         keeps_order = level.third_order is None and _with_third_order(ordered)
-        ordered = [
-            Hypothesis((*one.levels, solved_level(refined, seconds)))
-            for one, (refined, seconds) in zip(ordered, found, strict=True)
-        ]
+        ordered = refined
         if not keeps_order:
             ordered.sort(key=lambda one: one.energy)
     return ordered
@@ -59,15 +59,12 @@ def _with_third_order(hypotheses: Sequence[Hypothesis]) -> bool:
     return any(len(solved.problem.triples.points) for solved in hypotheses[0].levels)
 
 
-def _refine(
-    hypothesis: Hypothesis, level: Level, rho: float, control: Control
-) -> tuple[RefinedCorrespondence, float]:
-    """Refine a hypothesis to the next level; return the seconds it took as well."""
-    control.check()
+def _refined(hypothesis: Hypothesis, level: Level, rho: float, control: Control) -> Hypothesis:
+    """Refine a hypothesis to the next level."""
     same_points = len(level.source.vertices) == len(hypothesis.partners)
     with (clock := control.timed()).stage(_STAGE):
         found = (rematch if same_points else refine)(hypothesis.partners, level, rho)
-    return found, clock.timings[_STAGE]
+    return Hypothesis((*hypothesis.levels, solved_level(found, clock.timings[_STAGE])))
 
 
 def solved_level(found: RefinedCorrespondence, seconds: float) -> SolvedLevel:
