@@ -7,7 +7,7 @@ from solver.arrays import FloatArray
 from solver.control import Control
 from solver.labelling import UNMATCHED, Method, Solution
 from solver.matching.hierarchy import RefinedCorrespondence, refine, rematch
-from solver.matching.hypothesis import Hypothesis, SolvedLevel
+from solver.matching.hypothesis import Hypothesis, SolvedLevel, drop_duplicates
 from solver.matching.level import Level
 from solver.optimisation.primal import local_search, maximum_matching
 
@@ -33,8 +33,9 @@ def refine_hypotheses(
 
     Returns
     -------
-    The hypotheses by their energy at the last level; but a level without a third-order term keeps
-    the order of those that have one, as it cannot tell an answer from its mirror image.
+    The hypotheses, without those that became equal, by their energy at the last level; but a level
+    without a third-order term keeps the order of those that have one, as it cannot tell an answer
+    from its mirror image.
 
     Raises
     ------
@@ -48,9 +49,9 @@ def refine_hypotheses(
                 _refined(one, level, rho, control) for one in control.in_time(ordered, least=1)
             ]
         keeps_order = level.third_order is None and _with_third_order(ordered)
-        ordered = refined
         if not keeps_order:
-            ordered.sort(key=lambda one: one.energy)
+            refined.sort(key=lambda one: one.energy)
+        ordered = drop_duplicates(refined)
     return ordered
 
 

@@ -68,6 +68,15 @@ def test_past_the_deadline_the_first_hypothesis_alone_is_refined(levels: list[Le
     assert len(hypotheses) > 1
 
 
+def test_hypotheses_that_become_equal_are_refined_once(
+    levels: list[Level], others: list[Hypothesis]
+) -> None:
+    coarse = [Hypothesis(one.levels[:1]) for one in others]
+    found = refine_hypotheses([*coarse, *coarse], levels[1:], OPTIONS.rho, Control())
+    assert [one.energy for one in found] == [one.energy for one in others]
+    assert len(drop_duplicates(found)) == len(found)
+
+
 def test_past_the_deadline_no_level_is_bounded(
     levels: list[Level], others: list[Hypothesis]
 ) -> None:
