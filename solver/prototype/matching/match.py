@@ -10,6 +10,7 @@ from solver.errors import OptionError
 from solver.labelling import L2
 from solver.matching import (
     MAX_COARSE_POINTS,
+    PARTS,
     Hypothesis,
     Match,
     MatchOptions,
@@ -127,6 +128,8 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
             raise OptionError(field, f"{field} is not supported with a prototype; leave it out")
     if options.landmarks:
         raise OptionError("landmarks", "a prototype has no vertices; leave them out")
+    if options.partial in PARTS:
+        raise OptionError("partial", "parts are not supported with a prototype; leave it out")
     if options.objective != L2:
         raise OptionError("objective", f"a prototype is matched by likelihood; it must be {L2}")
     usual = MatchOptions()

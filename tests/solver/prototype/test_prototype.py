@@ -361,6 +361,8 @@ def test_damaged_archives_are_refused(data: st.DataObject) -> None:
     [
         (MatchOptions(refine="gmds"), "refine"),
         (MatchOptions(objective="linf", points=8), "objective"),
+        (MatchOptions(partial="source"), "partial"),
+        (MatchOptions(partial="both"), "partial"),
         (MatchOptions(metric=("diffusion",)), "metric"),
         (MatchOptions(descriptor=("wks",)), "descriptor"),
     ],
