@@ -35,7 +35,7 @@ _DIFFUSION_TIME = 0.002
 add local minima."""
 
 _LEAST_STRESS = 1e-12
-"""Least stress that is inverted; between equal shapes it vanishes."""
+"""Least stress that is inverted, on unit area; between equal shapes it vanishes."""
 
 _SWEEPS = 8
 """Sweeps of each of the two descents. ``python -m bench.refinement`` measures their effect."""
@@ -107,25 +107,19 @@ def refine_by_gmds(
     # Between equal shapes the stress vanishes, and rounding errors may raise it.
     ends = [(points, near.stress(points)) for points in (solution.answer, first.answer, start)]
     points, after = next(end for end in ends if end[1] <= before)
-    area = target.size**2
     return GmdsRefinement(
-        matched,
-        points.first(len(matched)),
-        hypothesis,
-        after / area,
-        before / area,
-        solution.status,
+        matched, points.first(len(matched)), hypothesis, after, before, solution.status
     )
 
 
 def _geodesic_term(source: Shape, target: Shape, points: IntArray) -> Term:
-    """Stress of geodesic distances between neighbours."""
+    """Stress of geodesic distances between neighbours, in units of the target's area."""
     # The target's unit of length serves both: without normalisation, scales may differ.
     distances = source.metric("geodesic").between(points) * (target.size / source.size)
     return Term(
         distances,
         InterpolatedMetric(target.metric("geodesic"), target.surface),
-        _weights(distances, _NEAR * target.size),
+        _weights(distances, _NEAR * target.size) / target.size**2,
     )
 
 
