@@ -395,8 +395,8 @@ class MatchResult(ResultDocument):
         " the coarsest level, divided by the usual energy of examples left out in cross-validation;"
         " 1 is usual. A warning says that the misfit exceeds that of every example."
         " Null of two shapes, of prototypes of fewer than four examples, and where `beta`,"
-        " `first_order_weight`, `occlusion_cost` or the points of the coarsest level are not those"
-        " by default.",
+        " `first_order_weight`, `occlusion_cost`, `oversampling` or the points of the coarsest"
+        " level are not those by default.",
     )
     warnings: tuple[str, ...] = Field(
         description="Repairs of the meshes, limits that were reached, and doubts."

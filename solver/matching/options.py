@@ -80,8 +80,8 @@ class MatchOptions(ParameterSet):
     )
     oversampling: int = parameter(
         4,
-        "Target samples for each source sample on the finer levels. Samples of two shapes do not"
-        " correspond exactly, so the target needs more of them.",
+        "Target samples for each source sample on the finer levels, with a prototype on all."
+        " Samples of two shapes do not correspond exactly, so the target needs more of them.",
         least=1,
         most=8,
         topic="Solver",

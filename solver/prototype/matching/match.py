@@ -175,6 +175,7 @@ def _misfit(
     points = coarsest.problem.n_sources
     comparable = (
         points == min(prototype.points, MAX_COARSE_POINTS)
+        and options.oversampling == usual.oversampling
         and options.beta == usual.beta
         and options.first_order_weight == usual.first_order_weight
         and options.occlusion_cost is None

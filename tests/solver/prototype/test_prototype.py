@@ -229,6 +229,13 @@ def test_a_prototype_finds_its_own_points_on_an_example() -> None:
     assert not any("time limit" in one for one in answer.warnings)
 
 
+@pytest.mark.parametrize("oversampling", [1, 4, 7])
+def test_a_target_is_sampled_as_densely_as_asked(oversampling: int) -> None:
+    options = replace(_PLAIN, oversampling=oversampling)
+    answer = match_prototype(prototype(), humans()[1], options)
+    assert [level.target_points for level in answer.levels] == [8 * oversampling]
+
+
 def test_a_prototype_of_more_points_is_matched_by_levels() -> None:
     options = PrototypeOptions(points=14, components=1)
     learned = learn_prototype(connected_examples(humans(), options).examples, options)
