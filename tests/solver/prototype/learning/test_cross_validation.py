@@ -99,6 +99,12 @@ def test_misfit_is_unknown_without_a_comparable_usual_energy() -> None:
     assert plain(target, points=6).misfit is None
 
 
+def test_misfit_is_unknown_where_the_least_energy_is_not_proven() -> None:
+    hurried = plain(figure("human", "walking", 9), time_limit=1e-9)
+    assert hurried.misfit is None
+    assert not unlike(hurried)
+
+
 def test_two_points_have_no_usual_energy() -> None:
     """A match takes three."""
     two = [Example(one.shape, one.vertices[:2]) for one in examples()]
