@@ -105,4 +105,5 @@ def _extend(
         return dense, None
     with control.stage("refinement between vertices", 0.3):
         matched, _ = best.vertices(oriented.levels[-1])
-        return dense, refine_by_gmds(registration, matched, oriented.place, control)
+        refined = refine_by_gmds(registration, matched, control)
+        return dense, replace(refined, hypothesis=oriented.place)

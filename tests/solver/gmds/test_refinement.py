@@ -72,7 +72,7 @@ def test_gmds_does_not_raise_the_stress(answer: Match) -> None:
 def test_a_shape_is_refined_to_itself() -> None:
     shape = Shape(shapes.blob())
     points = shape.sampling("geodesic", 20).indices
-    refined = refine_by_gmds(registration(shape, shape, points, points), points, 0, Control())
+    refined = refine_by_gmds(registration(shape, shape, points, points), points, Control())
     places = refined.points.positions(shape.surface.vertices, shape.surface.faces)
     np.testing.assert_allclose(places, shape.surface.vertices[points], atol=1e-9)
     assert refined.stress == pytest.approx(0.0, abs=1e-12)
@@ -89,7 +89,7 @@ def test_scale_changes_nothing(figures: Pair, scales: tuple[float, float]) -> No
         one = Shape(triangle_mesh(ours * source.vertices, source.faces), normalise=normalise)
         other = Shape(triangle_mesh(theirs * target.vertices, target.faces), normalise=normalise)
         results.append(
-            refine_by_gmds(registration(one, other, points, partners), points, 0, Control())
+            refine_by_gmds(registration(one, other, points, partners), points, Control())
         )
     first, second = results
     assert second.stress == pytest.approx(first.stress, rel=1e-6)
