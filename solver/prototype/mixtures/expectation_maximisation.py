@@ -199,7 +199,7 @@ def fit_from(
     method = _ExpectationMaximisation(samples, start, floor, diagonal)
     state = iterate(method, _MAX_ITERATIONS, control).state
     found = GaussianMixtures(state.weights, state.means, state.covariances)
-    return Fit(found, found.log_density(samples).sum(axis=1))
+    return Fit(found, state.log_likelihood)
 
 
 @dataclass(eq=False)
