@@ -14,7 +14,7 @@ from solver.similarity.qap.search import solve
 class QapSolutions(NamedTuple):
     """Optimal solutions of pairs of shapes, each proven.
 
-    Attributes
+    Parameters
     ----------
     costs
         (P,) least cost of each pair, over all samplings and all bijections.
