@@ -108,9 +108,9 @@ class GaussianMixtures:
         -------
         (B, S, K) float64, −∞ for unused components.
         """
-        apart = points[:, :, None, :] - self.means[:, None, :, :]
-        white = np.einsum("bkij,bskj->bski", self.roots, apart, optimize=True)
-        exponents = -0.5 * (white**2).sum(axis=-1)
+        apart = points[:, None, :, :] - self.means[:, :, None, :]
+        white = apart @ np.swapaxes(self.roots, -1, -2)
+        exponents = -0.5 * np.swapaxes((white**2).sum(axis=-1), 1, 2)
         joint: FloatArray = exponents + (self._log_scales + self.log_weights)[:, None, :]
         return joint
 
@@ -148,10 +148,12 @@ class GaussianMixtures:
         """Mean shift of (B, S, m) places."""
         joint = self.log_joint(places)
         shares = np.exp(joint - logsumexp(joint, axis=2, keepdims=True))
-        weighed = np.einsum("bsk,bkij->bsij", shares, self._precisions, optimize=True)
-        pulls = np.einsum("bsk,bkij,bkj->bsi", shares, self._precisions, self.means, optimize=True)
-        moved: FloatArray = np.linalg.solve(weighed, pulls[..., None])[..., 0]
-        return moved
+        count, components, m = self.means.shape
+        weighed = shares @ self._precisions.reshape(count, components, m * m)
+        weighed = weighed.reshape(*places.shape, m)
+        pulls = shares @ (self._precisions @ self.means[..., None])[..., 0]
+        moved = np.asarray(np.linalg.solve(weighed, pulls[..., None]), dtype=np.float64)
+        return moved[..., 0]
 
     @cached_property
     def averages(self) -> FloatArray:
