@@ -393,10 +393,11 @@ class MatchResult(ResultDocument):
         default=None,
         description="Of a prototype, how much the target misfits its class: the energy per point at"
         " the coarsest level, divided by the usual energy of examples left out in cross-validation;"
-        " 1 is usual. A warning says that the misfit exceeds that of every example."
+        " 1 is usual. A warning says that the misfit exceeds that of every example left out: by a"
+        " sixth of 24 of these, twofold of four."
         " Null of two shapes, of prototypes of fewer than four examples, and where `beta`,"
-        " `first_order_weight`, `occlusion_cost` or the points of the coarsest level are not those"
-        " by default.",
+        " `first_order_weight`, `occlusion_cost`, `oversampling` or the points of the coarsest"
+        " level are not those by default, or the least energy there is not proven in time.",
     )
     warnings: tuple[str, ...] = Field(
         description="Repairs of the meshes, limits that were reached, and doubts."

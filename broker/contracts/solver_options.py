@@ -60,8 +60,9 @@ class MatchOptions(StrictModel):
         ge=1,
         le=8,
         description=(
-            "Target samples for each source sample on the finer levels. Samples of two"
-            " shapes do not correspond exactly, so the target needs more of them."
+            "Target samples for each source sample on the finer levels, with a prototype"
+            " on all. Samples of two shapes do not correspond exactly, so the target needs"
+            " more of them."
         ),
     )
     rho: Annotated[float, Topic("Solver")] = Field(

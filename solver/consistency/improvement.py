@@ -7,8 +7,9 @@ sums of logarithms of misfits. So a pair changes only if the collection offers a
 probable, and the surfaces do not speak against it as strongly; maps that are sure stay as they are.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -137,19 +138,29 @@ def improve(
     samples = [one.samples.vertices[:SAMPLES] for one in surfaces]
     before = cycle_errors(maps, samples)
     improved: dict[Pair, ImprovedMap] = {}
+    changed: Set[Pair] = set(maps.pairs())
     for number in range(ROUNDS):
-        found = dict(_round(shapes, maps, number, control))
+        found = dict(_round(shapes, maps, changed, number, control))
         improved |= found
+        changed = found.keys()
         if not found:
             break
         maps = _updated(shapes, maps, found)
-    return Consistency(maps, improved, before, cycle_errors(maps, samples))
+    after = cycle_errors(maps, samples) if improved else before
+    return Consistency(maps, improved, before, after)
 
 
 def _round(
-    shapes: Sequence[Shape], maps: CollectionMaps, number: int, control: Control
+    shapes: Sequence[Shape],
+    maps: CollectionMaps,
+    changed: Set[Pair],
+    number: int,
+    control: Control,
 ) -> Iterator[tuple[Pair, ImprovedMap]]:
-    """Yield the maps that are better than those of the round before."""
+    """Yield the maps that are better than those of the round before.
+
+    Only pairs that have changed then, or may be reached by way of one, are tried.
+    """
     pairs = list(maps.pairs())
     for place, pair in enumerate(pairs):
         control.check()
@@ -162,8 +173,16 @@ def _round(
             for one in probable_paths(maps.probabilities, pair, PATHS, LENGTH)
             if one[0] > direct
         ]
-        if paths and (better := _better(shapes, maps, pair, paths, control)) is not None:
+        ways = {pair, *(step for _, path in paths for step in _steps(path))}
+        if not paths or changed.isdisjoint(ways):
+            continue
+        if (better := _better(shapes, maps, pair, paths, control)) is not None:
             yield pair, better
+
+
+def _steps(path: Sequence[int]) -> Iterator[Pair]:
+    """Yield the pairs (i, j), i < j, whose maps a path consists of."""
+    return ((min(step), max(step)) for step in pairwise(path))
 
 
 def _better(

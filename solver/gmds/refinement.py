@@ -35,7 +35,7 @@ _DIFFUSION_TIME = 0.002
 add local minima."""
 
 _LEAST_STRESS = 1e-12
-"""Least stress that is inverted; between equal shapes it vanishes."""
+"""Least stress that is inverted, on unit area; between equal shapes it vanishes."""
 
 _SWEEPS = 8
 """Sweeps of each of the two descents. ``python -m bench.refinement`` measures their effect."""
@@ -51,28 +51,25 @@ class GmdsRefinement:
         (n,) vertices of X.
     points
         n points of Y's surface, faces and barycentric coordinates.
-    hypothesis
-        Index of the hypothesis that agrees with the registration.
     stress, initial_stress
         (7) of geodesic distances between neighbours among all moving points, weighted, after and
         before GMDS, in units of Y's area.
     status
         Why GMDS ended.
+    hypothesis
+        Index of the hypothesis that agrees with the registration, by default the first.
     """
 
     source: IntArray
     points: SurfacePoints
-    hypothesis: int
     stress: float
     initial_stress: float
     status: Status
+    hypothesis: int = 0
 
 
 def refine_by_gmds(
-    registration: Registration,
-    matched: IntArray,
-    hypothesis: int,
-    control: Control,
+    registration: Registration, matched: IntArray, control: Control
 ) -> GmdsRefinement:
     """Find the points of Y that correspond to matched points of X, between vertices.
 
@@ -82,8 +79,6 @@ def refine_by_gmds(
         Of X to Y, which gives the initial points.
     matched
         (n,) vertices of X, farthest first.
-    hypothesis
-        Index of the hypothesis that agrees with it.
     control
         Cancels, and ends at its deadline.
 
@@ -107,25 +102,17 @@ def refine_by_gmds(
     # Between equal shapes the stress vanishes, and rounding errors may raise it.
     ends = [(points, near.stress(points)) for points in (solution.answer, first.answer, start)]
     points, after = next(end for end in ends if end[1] <= before)
-    area = target.size**2
-    return GmdsRefinement(
-        matched,
-        points.first(len(matched)),
-        hypothesis,
-        after / area,
-        before / area,
-        solution.status,
-    )
+    return GmdsRefinement(matched, points.first(len(matched)), after, before, solution.status)
 
 
 def _geodesic_term(source: Shape, target: Shape, points: IntArray) -> Term:
-    """Stress of geodesic distances between neighbours."""
+    """Stress of geodesic distances between neighbours, in units of the target's area."""
     # The target's unit of length serves both: without normalisation, scales may differ.
     distances = source.metric("geodesic").between(points) * (target.size / source.size)
     return Term(
         distances,
         InterpolatedMetric(target.metric("geodesic"), target.surface),
-        _weights(distances, _NEAR * target.size),
+        _weights(distances, _NEAR * target.size) / target.size**2,
     )
 
 

@@ -10,8 +10,8 @@ from solver.gmds.movement import walk
 from solver.gmds.surface import Charts
 from solver.kernel import kernel
 
-_LEAST_DISTANCE = 1e-12
-"""Distance below which its gradient is not defined numerically, in the metric's unit."""
+_LEAST_STEP = 1e-12
+"""Least length that a step is compared with, in longest steps: a step may vanish."""
 
 _HALVINGS = 8
 """Most halvings of a step that raises the stress."""
@@ -130,7 +130,8 @@ def descent_model(
             distance = np.sqrt(interpolated(field, corners, e, u))
             residual = distance - source[j]
             value += weights[j] * residual * residual
-            scale = 0.5 / max(distance, _LEAST_DISTANCE)
+            # The distance of a point from another at the same place has no gradient.
+            scale = 0.5 / distance if distance > 0.0 else 0.0
             # Derivatives of d² by the barycentric coordinates, then along the plane's axes.
             to_a = field[a] - u[1] * e[2] - u[2] * e[1]
             x = scale * (field[b] - u[0] * e[2] - u[2] * e[0] - to_a) / base
@@ -191,7 +192,7 @@ def _newton_step(
         return 0.0, 0.0
     x = -(hyy * gx - hxy * gy) / determinant
     y = -(hxx * gy - hxy * gx) / determinant
-    shorter = min(1.0, longest / max(np.hypot(x, y), _LEAST_DISTANCE * longest))
+    shorter = min(1.0, longest / max(np.hypot(x, y), _LEAST_STEP * longest))
     return x * shorter, y * shorter
 
 

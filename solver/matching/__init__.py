@@ -16,6 +16,7 @@ from solver.matching.options import (
     MAX_COARSE_POINTS,
     MAX_POINTS,
     MIN_POINTS,
+    PARTS,
     SAMPLES,
     MatchOptions,
 )
@@ -46,6 +47,7 @@ __all__ = [
     "MAX_COARSE_POINTS",
     "MAX_POINTS",
     "MIN_POINTS",
+    "PARTS",
     "SAMPLES",
     "Correspondence",
     "GromovHausdorff",

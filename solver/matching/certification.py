@@ -44,7 +44,7 @@ def certify(hypothesis: Hypothesis, levels: Sequence[Level], control: Control) -
     certified = []
     with control.stage(_STAGE):
         for level, solved in zip(levels, hypothesis.levels, strict=True):
-            if solved.solution.method is Method.LOCAL_SEARCH:
+            if solved.solution.method is Method.LOCAL_SEARCH and not control.expired:
                 name = f"bounds for {solved.problem.n_sources} points"
                 control.report(name, level.index / len(levels))
                 solved = _bound(solved, control)

@@ -163,7 +163,7 @@ def _match_possible_overlap(
 
 
 def _lacks(registration: Registration, part: str, control: Control) -> bool:
-    """Whether a part lacks much of the other shape by a registration."""
+    """Return whether a part lacks much of the other shape by a registration."""
     return _share_lacking(registration, part, control) >= _LACKING
 
 
@@ -178,7 +178,7 @@ def _share_lacking(registration: Registration, part: str, control: Control) -> f
 
 
 def _agree(registration: Registration, known: KnownPart, points: Points) -> bool:
-    """Whether two registrations agree on the overlap.
+    """Return whether two registrations agree on the overlap.
 
     Parameters
     ----------

@@ -80,8 +80,8 @@ class MatchOptions(ParameterSet):
     )
     oversampling: int = parameter(
         4,
-        "Target samples for each source sample on the finer levels. Samples of two shapes do not"
-        " correspond exactly, so the target needs more of them.",
+        "Target samples for each source sample on the finer levels, with a prototype on all."
+        " Samples of two shapes do not correspond exactly, so the target needs more of them.",
         least=1,
         most=8,
         topic="Solver",
@@ -260,7 +260,7 @@ class MatchOptions(ParameterSet):
 
     @property
     def may_be_partial(self) -> bool:
-        """Whether it is looked whether one shape is a part of the other."""
+        """True if it is examined whether one shape is a part of the other."""
         plain = self.refine is None and self.objective != LINF
         return self.partial == DETECTED and plain and self.registered
 
@@ -326,13 +326,13 @@ class MatchOptions(ParameterSet):
 
     @property
     def registered(self) -> bool:
-        """Whether the surfaces are registered."""
+        """True if the surfaces are registered."""
         oriented = self.orientation and self.objective != LINF
         return oriented or self.dense or self.refine == GMDS or self.partial in PARTS
 
     @property
     def needs_spectrum(self) -> bool:
-        """Whether some structure that is used is made of Laplace-Beltrami eigenpairs."""
+        """True if some structure that is used is made of Laplace-Beltrami eigenpairs."""
         described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
         compared = described or self.third_order > 0.0
         return self.registered or compared or any(d.spectral for d in self.metrics)

@@ -215,7 +215,7 @@ def _place(
         control.report("points of the map", 1.0)
         images: IntArray = found.images(finest.source.vertices, control)
         wider = add_target_samples(source, target, finest, images)
-        placed = match_near_images(target, wider, images)
+        placed = match_near_images(target, wider, images, target.size)
     if placed is None:
         return first, finest
     seconds = first.levels[-1].seconds + clock.timings["refinement"]

@@ -253,13 +253,13 @@ def _at_one_scale(side: Side) -> Shape:
 def _placed(
     source: Shape, target: Shape, known: KnownPart, level: Level, control: Control
 ) -> tuple[Hypothesis, Level]:
-    """Match the points near their images."""
+    """Match the points near their images, at the scale where the whole has unit area."""
     points = level.source.vertices
     images = known.images[points]
     mapped = known.mapped[points]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
         wider = add_target_samples(source, target, level, images)
-        placed = match_near_images(target, wider, images, mapped)
+        placed = match_near_images(target, wider, images, 1.0, mapped)
     assert placed is not None  # as points may stay unmatched
     return Hypothesis((solved_level(placed, clock.timings["refinement"]),)), wider
 

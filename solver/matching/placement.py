@@ -58,7 +58,11 @@ def add_target_samples(source: Shape, target: Shape, level: Level, images: IntAr
 
 
 def match_near_images(
-    target: Shape, level: Level, images: IntArray, mapped: BoolArray | None = None
+    target: Shape,
+    level: Level,
+    images: IntArray,
+    unit: float,
+    mapped: BoolArray | None = None,
 ) -> RefinedCorrespondence | None:
     """Match points near their images under a map.
 
@@ -70,6 +74,8 @@ def match_near_images(
         Of :func:`add_target_samples`.
     images
         (N,) vertices of the target.
+    unit
+        √area of the whole surface, in the target's unit of length.
     mapped
         (N,) points that have a partner, by default all; the others stay unmatched.
 
@@ -81,7 +87,7 @@ def match_near_images(
     """
     distances = _distances_from_images(target, level, images)
     allowed = level.allowed()
-    near = allowed & (distances <= _REACH * target.size)
+    near = allowed & (distances <= _REACH * unit)
     if mapped is not None:
         near &= mapped[:, None]
     near[: level.landmarks] = allowed[: level.landmarks]

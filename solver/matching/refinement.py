@@ -7,7 +7,7 @@ from solver.arrays import FloatArray
 from solver.control import Control
 from solver.labelling import UNMATCHED, Method, Solution
 from solver.matching.hierarchy import RefinedCorrespondence, refine, rematch
-from solver.matching.hypothesis import Hypothesis, SolvedLevel
+from solver.matching.hypothesis import Hypothesis, SolvedLevel, drop_duplicates
 from solver.matching.level import Level
 from solver.optimisation.primal import local_search, maximum_matching
 
@@ -17,7 +17,7 @@ _STAGE = "refinement"
 def refine_hypotheses(
     hypotheses: Sequence[Hypothesis], levels: Sequence[Level], rho: float, control: Control
 ) -> list[Hypothesis]:
-    """Refine every hypothesis from level to level, and order all of them at each (4.1).
+    """Refine the hypotheses from level to level, and order them at each (4.1).
 
     Parameters
     ----------
@@ -28,12 +28,14 @@ def refine_hypotheses(
     rho
         ρ of 4.1.
     control
-        Reports progress and cancels.
+        Reports progress and cancels; past its deadline, only the first one of each level is
+        refined further.
 
     Returns
     -------
-    The hypotheses by their energy at the last level; but a level without a third-order term keeps
-    the order of those that have one, as it cannot tell an answer from its mirror image.
+    The hypotheses, without those that became equal, by their energy at the last level; but a level
+    without a third-order term keeps the order of those that have one, as it cannot tell an answer
+    from its mirror image.
 
     Raises
     ------
@@ -43,14 +45,13 @@ def refine_hypotheses(
     ordered = list(hypotheses)
     for place, level in enumerate(levels):
         with control.stage(_STAGE, place / len(levels)):
-            found = [_refine(one, level, rho, control) for one in ordered]
+            refined = [
+                _refined(one, level, rho, control) for one in control.in_time(ordered, least=1)
+            ]
         keeps_order = level.third_order is None and _with_third_order(ordered)
-        ordered = [
-            Hypothesis((*one.levels, solved_level(refined, seconds)))
-            for one, (refined, seconds) in zip(ordered, found, strict=True)
-        ]
         if not keeps_order:
-            ordered.sort(key=lambda one: one.energy)
+            refined.sort(key=lambda one: one.energy)
+        ordered = drop_duplicates(refined)
     return ordered
 
 
@@ -59,15 +60,12 @@ def _with_third_order(hypotheses: Sequence[Hypothesis]) -> bool:
     return any(len(solved.problem.triples.points) for solved in hypotheses[0].levels)
 
 
-def _refine(
-    hypothesis: Hypothesis, level: Level, rho: float, control: Control
-) -> tuple[RefinedCorrespondence, float]:
-    """Refine a hypothesis to the next level; return the seconds it took as well."""
-    control.check()
+def _refined(hypothesis: Hypothesis, level: Level, rho: float, control: Control) -> Hypothesis:
+    """Refine a hypothesis to the next level."""
     same_points = len(level.source.vertices) == len(hypothesis.partners)
     with (clock := control.timed()).stage(_STAGE):
         found = (rematch if same_points else refine)(hypothesis.partners, level, rho)
-    return found, clock.timings[_STAGE]
+    return Hypothesis((*hypothesis.levels, solved_level(found, clock.timings[_STAGE])))
 
 
 def solved_level(found: RefinedCorrespondence, seconds: float) -> SolvedLevel:

@@ -139,14 +139,8 @@ class _Trial:
 
 def _tried(reduced: "_Reduced", kept: Kept, control: Control, left_out: int = 0) -> _Trial:
     """Register some components of both shapes, reduced."""
-    try:
-        found = first_registration(*reduced.of(kept), control)
-    except MeshError:
-        found = None
-    if found is None:
-        return _Trial(kept, left_out, np.inf, is_sure=False)
-    score = found.score + _MARGIN * left_out
-    return _Trial(kept, left_out, score, found.confidence.is_sure)
+    score, is_sure = reduced.score(kept, control)
+    return _Trial(kept, left_out, score + _MARGIN * left_out, is_sure)
 
 
 def _every(shapes: Shapes) -> Kept:
@@ -198,7 +192,7 @@ def _shapes_of(out: tuple[IntArray, IntArray]) -> int:
 
 @dataclass(frozen=True, eq=False)
 class _Reduced:
-    """What is kept of both shapes, reduced; each with its spectrum, once.
+    """What is kept of both shapes, reduced; each with its spectrum, and registered, once.
 
     Parameters
     ----------
@@ -208,17 +202,31 @@ class _Reduced:
 
     shapes: Shapes
     _known: dict[tuple[int, bytes], Shape] = field(default_factory=dict, init=False, repr=False)
+    _scores: dict[tuple[bytes, bytes], tuple[float, bool]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
-    def of(self, kept: Kept) -> Shapes:
-        """Return the components of both that are kept."""
-        source, target = (self._of(number, one) for number, one in enumerate(kept))
-        return source, target
+    def score(self, kept: Kept, control: Control) -> tuple[float, bool]:
+        """Return the score of a registration of what is kept, and whether the answer is sure."""
+        source, target = kept
+        key = source.tobytes(), target.tobytes()
+        if key not in self._scores:
+            self._scores[key] = _score(self._of(0, source), self._of(1, target), control)
+        return self._scores[key]
 
     def _of(self, number: int, kept: BoolArray) -> Shape:
         key = number, kept.tobytes()
         if key not in self._known:
             self._known[key] = _reduced(self.shapes[number], kept)
         return self._known[key]
+
+
+def _score(source: Shape, target: Shape, control: Control) -> tuple[float, bool]:
+    try:
+        found = first_registration(source, target, control)
+    except MeshError:
+        found = None
+    return (np.inf, False) if found is None else (found.score, found.confidence.is_sure)
 
 
 def _reduced(shape: Shape, kept: BoolArray) -> Shape:

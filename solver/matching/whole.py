@@ -8,7 +8,7 @@ from solver.labelling import LINF
 from solver.matching.certification import certify, prove_over_samples, replaces
 from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.gromov_hausdorff import UNPROVEN_DISTANCE, gromov_hausdorff
-from solver.matching.hypothesis import Hypothesis, drop_duplicates
+from solver.matching.hypothesis import Hypothesis
 from solver.matching.options import GMDS, MatchOptions
 from solver.matching.orientation import Orientation, orient
 from solver.matching.refinement import refine_hypotheses
@@ -60,7 +60,6 @@ def match_whole(
     levels, few_points = sample(source, target, options, stages.sampling)
     hypotheses, unproven = enumerate_hypotheses(levels[0], options, stages.enumeration)
     hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, stages.refinement)
-    hypotheses = drop_duplicates(hypotheses)
     oriented = orient(
         source, target, hypotheses, levels, options, stages.orientation, may_be_glued=may_be_glued
     )
@@ -106,4 +105,5 @@ def _extend(
         return dense, None
     with control.stage("refinement between vertices", 0.3):
         matched, _ = best.vertices(oriented.levels[-1])
-        return dense, refine_by_gmds(registration, matched, oriented.place, control)
+        refined = refine_by_gmds(registration, matched, control)
+        return dense, replace(refined, hypothesis=oriented.place)

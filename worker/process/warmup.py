@@ -124,7 +124,7 @@ def _map(mesh: TriangleMesh) -> None:
     assert dense.inverse is not None
     placed = place_landmarks((None,), source.vertices[:1], source)
     carry_landmarks(placed.points, (dense, dense.inverse), source, target)
-    refine_by_gmds(found, np.arange(3), 0, _one_of_each())
+    refine_by_gmds(found, np.arange(3), _one_of_each())
     # By which candidates are crossed in doubt.
     minimum_cut(np.zeros(1, dtype=np.int64), np.ones(1, dtype=np.int64), np.ones(1), 0, 1)
 

@@ -96,7 +96,10 @@ MATCH: Final = (
     ParameterOption(
         "oversampling",
         "integer",
-        ("Target samples for each source sample on the finer levels, 1 to 8 [4]."),
+        (
+            "Target samples for each source sample on the finer levels, with a prototype"
+            " on all, 1 to 8 [4]."
+        ),
         "Solver",
     ),
     ParameterOption(

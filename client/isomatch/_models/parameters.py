@@ -98,8 +98,9 @@ class MatchParameters(TypedDict, total=False):
         Factor by which the number of points grows from one level to the next (q of section
         4.1); 2 to 4 [2].
     oversampling
-        Target samples for each source sample on the finer levels. Samples of two shapes do not
-        correspond exactly, so the target needs more of them; 1 to 8 [4].
+        Target samples for each source sample on the finer levels, with a prototype on all.
+        Samples of two shapes do not correspond exactly, so the target needs more of them; 1 to
+        8 [4].
     rho
         Radius of the neighbourhood in which a match may move from one level to the next, in
         covering radii of the level (section 4.1); over 1, up to 4 [1.5].

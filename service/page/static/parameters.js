@@ -134,7 +134,7 @@ export const MATCH = {
     "min": 1,
     "max": 8,
     "topic": "Solver",
-    "about": "Target samples for each source sample on the finer levels."
+    "about": "Target samples for each source sample on the finer levels, with a prototype on all."
 },
   rho: {
     "type": "number",

@@ -58,6 +58,12 @@ class PrototypeLevel(Level):
         """Problems so far: hypotheses often share all candidates, or nearly all."""
         return []
 
+    @cached_property
+    def _mixtures(self) -> GaussianMixtures:
+        """Of the distances of the level's points: peaks of others are not computed."""
+        n = len(self.source.vertices)
+        return self.learned_distances.mixtures.first(n * (n - 1) // 2)
+
     def _known(self, candidates: IntArray) -> tuple[FloatArray, IntArray]:
         """Table of the problem that shares the most candidates, and their places in it."""
         width = len(self.target.vertices)
@@ -72,18 +78,17 @@ class PrototypeLevel(Level):
         return table, within
 
     def _table(self, candidates: IntArray) -> FloatArray:
-        n, mixtures = len(self.source.vertices), self.learned_distances.mixtures
-        pairs = slice(n * (n - 1) // 2)
-        roots = mixtures.roots[pairs, :, 0, 0]
-        log_scales = mixtures.log_weights[pairs] + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
+        n, mixtures = len(self.source.vertices), self._mixtures
+        roots = mixtures.roots[:, :, 0, 0]
+        log_scales = mixtures.log_weights + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
         background = self.learned_distances.log_background
         return likelihood_table(
             np.ascontiguousarray(candidates),  # else the kernel is compiled twice
             self.target.distances,
             log_scales,
-            mixtures.means[pairs, :, 0],
+            mixtures.means[:, :, 0],
             roots,
-            np.logaddexp(mixtures.log_peaks[pairs], background),
+            np.logaddexp(mixtures.log_peaks, background),
             background,
             self.beta * 2.0 / max(n - 1, 1),
             *self._known(candidates),
@@ -102,9 +107,11 @@ class PrototypeLevel(Level):
         if learned is None or described is None:
             return np.zeros((n, m))
         everywhere = np.broadcast_to(described, (n, *described.shape))
-        densities = learned.mixtures.log_density(everywhere)
-        peaks = learned.mixtures.log_peaks[:n, None]
-        return negative_log_likelihoods(densities, peaks, learned.log_background)
+        mixtures = learned.mixtures.first(n)
+        densities = mixtures.log_density(everywhere)
+        return negative_log_likelihoods(
+            densities, mixtures.log_peaks[:, None], learned.log_background
+        )
 
 
 def negative_log_likelihoods(

@@ -7,9 +7,10 @@ import numpy as np
 
 from solver.control import Control
 from solver.errors import OptionError
-from solver.labelling import L2
+from solver.labelling import CERTIFIED_GAP, L2, relative_gap
 from solver.matching import (
     MAX_COARSE_POINTS,
+    PARTS,
     Hypothesis,
     Match,
     MatchOptions,
@@ -127,6 +128,8 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
             raise OptionError(field, f"{field} is not supported with a prototype; leave it out")
     if options.landmarks:
         raise OptionError("landmarks", "a prototype has no vertices; leave them out")
+    if options.partial in PARTS:
+        raise OptionError("partial", "parts are not supported with a prototype; leave it out")
     if options.objective != L2:
         raise OptionError("objective", f"a prototype is matched by likelihood; it must be {L2}")
     usual = MatchOptions()
@@ -166,15 +169,17 @@ def _misfit(
     """Ratio of the least energy per point to the usual one; and a warning if it is too great.
 
     Both are of the coarsest level, where left-out examples were matched by energy alone. ``None``
-    where the usual one is not known, or is of other points and weights.
+    where either is not known, or the usual one is of other points and weights.
     """
     coarsest, usual = answer.levels[0], MatchOptions()
-    points = coarsest.problem.n_sources
+    points, bound = coarsest.problem.n_sources, coarsest.solution.lower_bound
     comparable = (
         points == min(prototype.points, MAX_COARSE_POINTS)
+        and options.oversampling == usual.oversampling
         and options.beta == usual.beta
         and options.first_order_weight == usual.first_order_weight
         and options.occlusion_cost is None
+        and relative_gap(coarsest.least_energy, bound) <= CERTIFIED_GAP
     )
     if not (comparable and len(prototype.left_out_energies)):
         return None, ()

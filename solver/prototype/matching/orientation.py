@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.arrays import IntArray
 from solver.control import Control
-from solver.matching import Hypothesis, Level, drop_duplicates, hypothesis_from_map, move_to_front
+from solver.matching import Hypothesis, Level, hypothesis_from_map, move_to_front
 from solver.prototype.matching.surface_maps import map_points
 from solver.prototype.prototype import Prototype
 from solver.prototype.surfaces import SurfaceSpectra
@@ -65,7 +65,7 @@ def orient_by_examples(
     """
     finest, coarse = levels[-1], levels[0]
     with control.stage(_STAGE, 0.0):
-        points = [one.vertices(finest) for one in drop_duplicates(hypotheses)]
+        points = [one.vertices(finest) for one in hypotheses]
         found = map_points(prototype.surfaces, target, points, control, spectra=spectra)
     if found is None:
         unlike = "left and right could not be distinguished: the target is unlike all examples"

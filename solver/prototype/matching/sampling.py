@@ -19,9 +19,6 @@ from solver.prototype.prototype import LearnedDescriptors, Prototype
 from solver.shape import Shape
 from solver.shape.choices import MetricChoice
 
-_OVERSAMPLING = 4
-"""Target samples per point of the prototype at every level, as of two shapes by default."""
-
 
 def sample_target(
     prototype: Prototype, target: Shape, options: MatchOptions, control: Control
@@ -56,7 +53,7 @@ def sample_target(
             target.spectrum()
     with control.stage("structures"):
         sizes = [
-            (points, min(_OVERSAMPLING * points, target.n_vertices))
+            (points, min(options.oversampling * points, target.n_vertices))
             for points, _ in level_sizes(prototype.points, target.n_vertices, options)
         ]
         levels = []

@@ -8,12 +8,10 @@ registered to it, beginning at a match of each with the target and at the protot
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import MeshError, OptionError
-from solver.matching import MatchOptions, match
+from solver.matching import CANDIDATES, MatchOptions, match
 from solver.prototype.surfaces import (
     ExampleSurface,
     SurfaceSpectra,
@@ -85,30 +83,29 @@ def map_points(
     Cancelled
         Through `control`.
     """
-    found: list[tuple[Registration, ExampleSurface]] = []
-    images: list[Points] = []
+    found: list[tuple[Registration, IntArray, ExampleSurface]] = []
     for number, surface in enumerate(nearest_surfaces(surfaces, target, _MAX_SURFACES)):
         part = control.between(number / _MAX_SURFACES, (number + 1) / _MAX_SURFACES)
         if found and control.expired:
             break
         try:
             source = surface.shape(target, spectra)
-            known = [(surface.points[x], y) for x, y in (*images, *hypotheses)]
-            starts = [*known, *_own_matches(source, target, control.quiet())]
+            known = [(surface.points, images) for _, images, _ in found]
+            given = [(surface.points[x], y) for x, y in hypotheses]
+            starts = [*known, *given, *_own_matches(source, target, control.quiet())]
             # The other surfaces are other ways to the answer.
             registration = register(source, target, starts, part, others=False)
         except (MeshError, OptionError):  # archives may hold any surface
             continue
         if registration is None:
             continue
-        found.append((registration, surface))
-        images.append((np.arange(len(surface.points)), registration.images(surface.points, part)))
+        found.append((registration, registration.images(surface.points, part), surface))
     if not found:
         return None
-    best, surface = min(found, key=lambda one: one[0].score)
+    best, images, surface = min(found, key=lambda one: one[0].score)
     if not best.confidence.is_likely:
         return None
-    return MappedPoints(best.images(surface.points, control), best.confidence, surface)
+    return MappedPoints(images, best.confidence, surface)
 
 
 def _own_matches(source: Shape, target: Shape, control: Control) -> Iterator[Points]:
@@ -116,7 +113,11 @@ def _own_matches(source: Shape, target: Shape, control: Control) -> Iterator[Poi
     points = min(_POINTS, source.n_vertices, target.n_vertices)
     for metric in "commute_time", "geodesic":
         options = MatchOptions(
-            points=points, alternatives=_SOLUTIONS, metric=(metric,), orientation=False
+            points=points,
+            alternatives=_SOLUTIONS,
+            metric=(metric,),
+            orientation=False,
+            proof=CANDIDATES,
         )
         found = match(source, target, options, control)
         for one in (found.best, *found.alternatives):

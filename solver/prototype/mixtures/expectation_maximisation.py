@@ -199,7 +199,7 @@ def fit_from(
     method = _ExpectationMaximisation(samples, start, floor, diagonal)
     state = iterate(method, _MAX_ITERATIONS, control).state
     found = GaussianMixtures(state.weights, state.means, state.covariances)
-    return Fit(found, found.log_density(samples).sum(axis=1))
+    return Fit(found, state.log_likelihood)
 
 
 @dataclass(eq=False)
@@ -299,13 +299,10 @@ def maximisation(
     weights = totals / totals.sum(axis=1, keepdims=True)
     everything = samples.mean(axis=1)
     divisors = np.where(kept, totals, 1.0)
-    means = (
-        np.einsum("bsk,bsi->bki", responsibilities, samples, optimize=True) / divisors[..., None]
-    )
-    means = np.where(kept[..., None], means, everything[:, None, :])
-    apart = samples[:, :, None, :] - means[:, None, :, :]
-    covariances = np.einsum("bsk,bski,bskj->bkij", responsibilities, apart, apart, optimize=True)
-    covariances /= divisors[..., None, None]
+    shares = np.swapaxes(responsibilities, 1, 2) / divisors[..., None]
+    means = np.where(kept[..., None], shares @ samples, everything[:, None, :])
+    apart = samples[:, None, :, :] - means[:, :, None, :]
+    covariances = np.swapaxes(shares[..., None] * apart, -1, -2) @ apart
     return GaussianMixtures(weights, means, _floored(covariances, floor, diagonal))
 
 

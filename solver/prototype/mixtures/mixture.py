@@ -12,6 +12,9 @@ _MAX_SHIFTS = 100
 """Greatest number of mean shift steps to a mode; the density rises at each
 (Carreira-Perpiñán, Mode-finding for mixtures of Gaussian distributions, PAMI 22(11), 2000)."""
 
+_LEAST_SHIFT = 1e-12
+"""Step at which the shifts of a mixture have converged, over the greatest coordinate."""
+
 
 @dataclass(frozen=True, eq=False)
 class GaussianMixtures:
@@ -87,23 +90,28 @@ class GaussianMixtures:
         scales: FloatArray = np.log(diagonal).sum(axis=-1) - constant
         return scales
 
+    @cached_property
+    def _precisions(self) -> FloatArray:
+        """(B, K, m, m) Σ_k⁻¹."""
+        result: FloatArray = np.swapaxes(self.roots, -1, -2) @ self.roots
+        return result
+
     def log_joint(self, points: FloatArray) -> FloatArray:
         """Log of each component's weighted density.
 
         Parameters
         ----------
         points
-            (B, S, m) points at which each mixture is evaluated; if B is less, the first B mixtures.
+            (B, S, m) points at which each mixture is evaluated.
 
         Returns
         -------
         (B, S, K) float64, −∞ for unused components.
         """
-        first = slice(len(points))
-        apart = points[:, :, None, :] - self.means[first, None, :, :]
-        white = np.einsum("bkij,bskj->bski", self.roots[first], apart, optimize=True)
-        exponents = -0.5 * (white**2).sum(axis=-1)
-        joint: FloatArray = exponents + (self._log_scales + self.log_weights)[first, None, :]
+        apart = points[:, None, :, :] - self.means[:, :, None, :]
+        white = apart @ np.swapaxes(self.roots, -1, -2)
+        exponents = -0.5 * np.swapaxes((white**2).sum(axis=-1), 1, 2)
+        joint: FloatArray = exponents + (self._log_scales + self.log_weights)[:, None, :]
         return joint
 
     def log_density(self, points: FloatArray) -> FloatArray:
@@ -112,7 +120,7 @@ class GaussianMixtures:
         Parameters
         ----------
         points
-            (B, S, m) points at which each mixture is evaluated; if B is less, the first B mixtures.
+            (B, S, m) points at which each mixture is evaluated.
 
         Returns
         -------
@@ -124,20 +132,28 @@ class GaussianMixtures:
     @cached_property
     def log_peaks(self) -> FloatArray:
         """(B,) log density at the highest mode found by mean shift from the means."""
-        precisions = np.swapaxes(self.roots, -1, -2) @ self.roots
-        places = self.means.copy()
+        places, rows, moving = self.means.copy(), np.arange(len(self)), self
         for _ in range(_MAX_SHIFTS):
-            joint = self.log_joint(places)
-            shares = np.exp(joint - logsumexp(joint, axis=2, keepdims=True))
-            weighed = np.einsum("bsk,bkij->bsij", shares, precisions, optimize=True)
-            pulls = np.einsum("bsk,bkij,bkj->bsi", shares, precisions, self.means, optimize=True)
-            moved = np.linalg.solve(weighed, pulls[..., None])[..., 0]
-            still = np.abs(moved - places).max(initial=0.0) <= 1e-12 * np.abs(places).max(initial=0)
-            places = moved
-            if still:
+            before, places[rows] = places[rows], moving._shifted(places[rows])
+            steps = np.abs(places[rows] - before).max(axis=(1, 2))
+            still = steps <= _LEAST_SHIFT * np.abs(before).max(axis=(1, 2))
+            if still.all():
                 break
+            if still.any():
+                rows, moving = rows[~still], moving.chosen(~still)
         heights: FloatArray = self.log_density(places).max(axis=1)
         return heights
+
+    def _shifted(self, places: FloatArray) -> FloatArray:
+        """Mean shift of (B, S, m) places."""
+        joint = self.log_joint(places)
+        shares = np.exp(joint - logsumexp(joint, axis=2, keepdims=True))
+        count, components, m = self.means.shape
+        weighed = shares @ self._precisions.reshape(count, components, m * m)
+        weighed = weighed.reshape(*places.shape, m)
+        pulls = shares @ (self._precisions @ self.means[..., None])[..., 0]
+        moved = np.asarray(np.linalg.solve(weighed, pulls[..., None]), dtype=np.float64)
+        return moved[..., 0]
 
     @cached_property
     def averages(self) -> FloatArray:
@@ -148,3 +164,7 @@ class GaussianMixtures:
     def chosen(self, places: IntArray | BoolArray) -> "GaussianMixtures":
         """Return some of the mixtures, by their indices or a mask."""
         return GaussianMixtures(self.weights[places], self.means[places], self.covariances[places])
+
+    def first(self, count: int) -> "GaussianMixtures":
+        """Return the first mixtures, as many as there are."""
+        return self if count >= len(self) else self.chosen(np.arange(count))

@@ -57,7 +57,9 @@ def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
         1, sources.metric, sources.descriptor, sources.source, others.target, 1.0, 0.05, np.inf
     )
     images = sources.source.vertices
-    found = match_near_images(blob, add_target_samples(blob, blob, mixed, images), images)
+    found = match_near_images(
+        blob, add_target_samples(blob, blob, mixed, images), images, blob.size
+    )
     assert found is not None
     wider = add_target_samples(blob, blob, mixed, images)
     np.testing.assert_array_equal(wider.target.vertices[found.partners], images)
@@ -67,7 +69,7 @@ def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
 def test_points_stay_within_reach_of_their_images(blob: Shape, level: Level) -> None:
     images = np.random.default_rng(1).permutation(blob.n_vertices)[:12]
     wider = add_target_samples(blob, blob, level, images)
-    found = match_near_images(blob, wider, images)
+    found = match_near_images(blob, wider, images, blob.size)
     assert found is not None
     places = {vertex: place for place, vertex in enumerate(wider.target.vertices.tolist())}
     own = [places[image] for image in images.tolist()]
@@ -75,9 +77,22 @@ def test_points_stay_within_reach_of_their_images(blob: Shape, level: Level) -> 
     assert found.energy <= found.problem.energy(np.array(own)) + 1e-12
 
 
+def test_reach_is_that_of_the_whole_also_on_a_part(blob: Shape, level: Level) -> None:
+    """A part has less area than the whole whose unit the reach has."""
+    images = np.random.default_rng(1).permutation(blob.n_vertices)[:12]
+    wider = add_target_samples(blob, blob, level, images)
+    counts = []
+    for unit in (1.0, 4.0):
+        found = match_near_images(blob, wider, images, unit * blob.size)
+        assert found is not None
+        counts.append(found.problem.n_candidates)
+    assert counts[0] < counts[1]
+
+
 def test_coinciding_images_are_not_placed(blob: Shape, level: Level) -> None:
     images = np.full(12, 5)
-    assert match_near_images(blob, add_target_samples(blob, blob, level, images), images) is None
+    wider = add_target_samples(blob, blob, level, images)
+    assert match_near_images(blob, wider, images, blob.size) is None
 
 
 @pytest.mark.parametrize("metric", ["geodesic", "commute_time", "biharmonic"])
@@ -92,14 +107,14 @@ def test_reach_does_not_depend_on_metric_and_scale(metric: str) -> None:
         large = Shape(triangle_mesh(scale * mesh.vertices, mesh.faces), normalise=False)
         level = build_level(large, large, 0, (12, 24), options.settled(large.size))
         wider = add_target_samples(large, large, level, images)
-        placed = match_near_images(large, wider, images)
+        placed = match_near_images(large, wider, images, large.size)
         assert placed is not None
         pairs = placed.problem.candidates
         apart = large.metric("geodesic").between(np.concatenate([images, wider.target.vertices]))
         assert (apart[pairs[:, 0], 12 + pairs[:, 1]] <= 0.05 * large.size).all()
         found.append(pairs)
         may_lack = replace(wider, occlusion_cost=0.1)
-        partly = match_near_images(large, may_lack, images, mapped)
+        partly = match_near_images(large, may_lack, images, large.size, mapped)
         assert partly is not None
         assert (partly.partners[~mapped] == UNMATCHED).all()
         matched.append(partly.partners)

@@ -13,6 +13,7 @@ from solver.matching import (
     Level,
     MatchOptions,
     build_level,
+    certify,
     drop_duplicates,
     enumerate_hypotheses,
     hypothesis_from_map,
@@ -55,6 +56,32 @@ def ranks(hypotheses: list[Hypothesis], levels: list[Level]) -> list[int]:
     ids = np.arange(shapes.blob().n_vertices)
     report = report_match(hypotheses, levels, (ids, ids), (), Control())
     return [level.rank for level in report.levels]
+
+
+def test_past_the_deadline_the_first_hypothesis_alone_is_refined(levels: list[Level]) -> None:
+    hypotheses, _ = enumerate_hypotheses(levels[0], OPTIONS, Control())
+    late = Control().within(0.0)
+    (found,) = refine_hypotheses(hypotheses, levels[1:], OPTIONS.rho, late)
+    (alone,) = refine_hypotheses(hypotheses[:1], levels[1:], OPTIONS.rho, Control())
+    np.testing.assert_array_equal(found.partners, alone.partners)
+    assert found.energy == alone.energy
+    assert len(hypotheses) > 1
+
+
+def test_hypotheses_that_become_equal_are_refined_once(
+    levels: list[Level], others: list[Hypothesis]
+) -> None:
+    coarse = [Hypothesis(one.levels[:1]) for one in others]
+    found = refine_hypotheses([*coarse, *coarse], levels[1:], OPTIONS.rho, Control())
+    assert [one.energy for one in found] == [one.energy for one in others]
+    assert len(drop_duplicates(found)) == len(found)
+
+
+def test_past_the_deadline_no_level_is_bounded(
+    levels: list[Level], others: list[Hypothesis]
+) -> None:
+    found = certify(others[1], levels, Control().within(0.0))
+    assert found.levels == others[1].levels
 
 
 def test_a_correct_map_is_kept_and_ranked_first(

@@ -136,6 +136,21 @@ def test_problems_of_a_level_do_not_depend_on_earlier_ones(seed: int) -> None:
         np.testing.assert_array_equal(problem.table, alone.table)
 
 
+def test_peaks_are_computed_for_the_points_of_a_level_alone() -> None:
+    """A prototype of 256 points has 32,640 distributions of distances, its coarsest level 45."""
+    level = tiny_level(0, 6, 7, np.inf)
+    few = np.arange(4)
+    coarse = replace(level, source=SampledStructure(few, level.source.distances[:4, :4], None))
+    problem = coarse.problem(coarse.all_candidates())
+    assert level.learned_descriptors is not None
+    for mixtures in (level.learned_distances.mixtures, level.learned_descriptors.mixtures):
+        assert "log_peaks" not in vars(mixtures)
+    both = level.problem(level.all_candidates())
+    np.testing.assert_allclose(problem.unary, both.unary[: 4 * 7])
+    # A pair weighs 2/(N - 1).
+    np.testing.assert_allclose(3.0 * problem.table, 5.0 * both.table[: 4 * 7, : 4 * 7])
+
+
 @pytest.mark.parametrize("n", [18])
 def test_dual_decomposition_bounds_tabulated_costs(n: int) -> None:
     level = tiny_level(1, n, n, np.inf)
@@ -212,6 +227,13 @@ def test_a_prototype_finds_its_own_points_on_an_example() -> None:
     hurried = match_prototype(prototype(), humans()[1], replace(_PLAIN, time_limit=1e-9))
     assert any("time limit was reached" in one for one in hurried.warnings)
     assert not any("time limit" in one for one in answer.warnings)
+
+
+@pytest.mark.parametrize("oversampling", [1, 4, 7])
+def test_a_target_is_sampled_as_densely_as_asked(oversampling: int) -> None:
+    options = replace(_PLAIN, oversampling=oversampling)
+    answer = match_prototype(prototype(), humans()[1], options)
+    assert [level.target_points for level in answer.levels] == [8 * oversampling]
 
 
 def test_a_prototype_of_more_points_is_matched_by_levels() -> None:
@@ -346,6 +368,8 @@ def test_damaged_archives_are_refused(data: st.DataObject) -> None:
     [
         (MatchOptions(refine="gmds"), "refine"),
         (MatchOptions(objective="linf", points=8), "objective"),
+        (MatchOptions(partial="source"), "partial"),
+        (MatchOptions(partial="both"), "partial"),
         (MatchOptions(metric=("diffusion",)), "metric"),
         (MatchOptions(descriptor=("wks",)), "descriptor"),
     ],

@@ -93,9 +93,16 @@ def test_misfit_is_unknown_without_a_comparable_usual_energy() -> None:
     assert np.isnan(few.usual_energy)
     assert np.isnan(few.greatest_misfit)
     assert match_prototype(few, target, MatchOptions(orientation=False)).misfit is None
-    for options in ({"beta": 2.0}, {"first_order_weight": 0.2}, {"occlusion_cost": 5.0}):
-        assert plain(target, **options).misfit is None
+    others = {"beta": 2.0, "first_order_weight": 0.2, "occlusion_cost": 5.0, "oversampling": 3}
+    for name, value in others.items():
+        assert plain(target, **{name: value}).misfit is None
     assert plain(target, points=6).misfit is None
+
+
+def test_misfit_is_unknown_where_the_least_energy_is_not_proven() -> None:
+    hurried = plain(figure("human", "walking", 9), time_limit=1e-9)
+    assert hurried.misfit is None
+    assert not unlike(hurried)
 
 
 def test_two_points_have_no_usual_energy() -> None:

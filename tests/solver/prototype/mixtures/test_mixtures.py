@@ -59,6 +59,13 @@ def test_peaks_are_the_greatest_densities() -> None:
     assert (mixtures.log_peaks >= greatest - 1e-9).all()
 
 
+def test_peaks_of_the_first_mixtures_need_no_others() -> None:
+    mixtures = random_mixtures(2)
+    first = mixtures.first(2)
+    np.testing.assert_array_equal(first.log_peaks, mixtures.log_peaks[:2])
+    assert first.first(5) is first
+
+
 def stepped(
     mixtures: GaussianMixtures, samples: FloatArray, floor: FloatArray, diagonal: bool
 ) -> GaussianMixtures:
