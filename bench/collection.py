@@ -11,7 +11,7 @@ from bench.symmetry import mirrored_vertices
 from solver.arrays import IntArray
 from solver.mesh import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.shape import Shape
-from synthetic import CLASSES, articulated, correspondence
+from synthetic import CLASSES, OBJECTS, articulated, correspondence, individuals
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +103,31 @@ def pairs_within_classes(shapes: list[KnownShape]) -> list[tuple[KnownShape, Kno
 def pairs_of_known_truth(shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
     """Those of the pairs of which it is known what corresponds."""
     return pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+
+
+def object_pairs(
+    count: int, first: int = 0, deformation: float = 1.0
+) -> list[tuple[KnownShape, KnownShape]]:
+    """Two individuals of each of :data:`synthetic.OBJECTS`, of 2,000 and 2,500 vertices.
+
+    Parameters
+    ----------
+    count
+        Pairs of each kind.
+    first
+        Seed of the first ones.
+    deformation
+        Factor on the amplitude of the displacement that makes individuals differ.
+    """
+    pairs = []
+    for seed in range(first, first + count):
+        for kind in OBJECTS:
+            one, other = (
+                KnownShape(f"{kind}{seed}-{number}", kind, Shape(made.mesh), made.places, None)
+                for number, made in enumerate(individuals(kind, seed, (2000, 2500), deformation))
+            )
+            pairs.append((one, other))
+    return pairs
 
 
 def _read_vertices(path: Path) -> IntArray | None:

@@ -2,6 +2,7 @@
 
 from synthetic.classes import CLASSES
 from synthetic.human import ALIEN, ASYMMETRIC_HUMAN, HumanProportions, human_figure
+from synthetic.objects import OBJECTS, individuals
 from synthetic.pose import Pose
 from synthetic.proportions import transferred
 from synthetic.repertoire import HUMAN_POSES
@@ -16,6 +17,7 @@ __all__ = [
     "ASYMMETRIC_HUMAN",
     "CLASSES",
     "HUMAN_POSES",
+    "OBJECTS",
     "SKULL_LENGTH",
     "HumanProportions",
     "Pose",
@@ -28,6 +30,7 @@ __all__ = [
     "glued",
     "human",
     "human_figure",
+    "individuals",
     "near_in_space",
     "noisy",
     "painted",
