@@ -67,7 +67,8 @@ def errors_of(
     rows = np.linspace(0, len(found.dense.source) - 1, COMPARED).astype(np.int64)
     truth = nearest[found.dense.source[rows]]
     if target is not source:
-        truth = truths_of(source, target, truth)[0]
+        kept, (truth, *_) = truths_of(source, target, truth)
+        rows = rows[kept]
     corners = target.shape.mesh.vertices_of(found.dense.faces[rows].ravel()).reshape(-1, 3)
     errors = corner_errors(target, corners, found.dense.barycentric[rows], truth)
     return errors, found.confidence.probability

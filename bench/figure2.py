@@ -34,13 +34,13 @@ def matched_by(options: MatchOptions, pair: Pair) -> tuple[Matched, float]:
     """
     source, target = pair
     found = match(source.shape, target.shape, options)
-    errors = min(point_errors(source, target, found), key=lambda both: float(both.mean()))
-    errors = errors / target.shape.size
+    kept, both = point_errors(source, target, found)
+    errors = both[both.mean(axis=1).argmin()]
     drawn = Matched(
         source.shape.mesh,
         target.shape.mesh,
-        found.best.source,
-        found.best.target,
+        found.best.source[kept],
+        found.best.target[kept],
         errors < FARTHEST,
     )
     return drawn, float(errors.mean())

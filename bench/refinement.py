@@ -51,7 +51,7 @@ def main() -> None:
         there = target.shape.mesh.vertices_of(found.best.target)
         matched = SurfacePoints.at_vertices(target.shape.surface, there)
         before, after = (
-            float(better_errors(source, target, here, points).mean())
+            float(better_errors(source, target, here, points)[1].mean())
             for points in (matched, refined.points)
         )
         refining = found.timings["refinement between vertices"]

@@ -85,12 +85,10 @@ def least_energy(
     control = Control().within(_SECONDS)
     found = minimise(problem, search_seconds=_SECONDS, control=control)
     seconds = time.perf_counter() - started
-    distances = target.shape.metric("geodesic").distances(samples[1][found.answer])
-    rows = np.arange(size[0])
-    errors = [
-        float(distances[rows, truth].mean()) / target.shape.size
-        for truth in truths_of(source, target, samples[0])
-    ]
+    kept, truths = truths_of(source, target, samples[0])
+    distances = target.shape.metric("geodesic").distances(samples[1][found.answer[kept]])
+    rows = np.arange(len(distances))
+    errors = [float(distances[rows, truth].mean()) / target.shape.size for truth in truths]
     return Proven(errors[0], errors[1], found.certified, seconds)
 
 
@@ -128,8 +126,8 @@ def main() -> None:
     maps = []
     for source, target in pairs:
         samples = source.shape.sampling("commute_time", arguments.points).indices
-        truths = truths_of(source, target, samples)
-        maps.append([distortion(source, target, samples, truth) for truth in truths])
+        kept, truths = truths_of(source, target, samples)
+        maps.append([distortion(source, target, samples[kept], truth) for truth in truths])
     direct, mirrored = np.array(maps).T
     print(f"{len(pairs)} pairs; third-order distortion of the true maps, median and greatest")
     print(f"  direct {np.median(direct):.2f} {direct.max():.2f}", end="")
