@@ -31,10 +31,14 @@ def command_line(description: str | None, data: bool = False) -> ArgumentParser:
 def parsed(parser: ArgumentParser) -> Namespace:
     """Add ``--json``, and parse the command line."""
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    folder = getattr(arguments, "data", None)
+    if folder is not None and not folder.is_dir():
+        parser.error(f"--data: {folder} is not a folder")
+    return arguments
 
 
 def print_json(arguments: Namespace, figures: object) -> None:
     """End with a line of JSON, if the command line asks for it."""
     if arguments.json:
-        print(json.dumps(figures))
+        print(json.dumps(figures, allow_nan=False))

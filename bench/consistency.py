@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection
+from bench.collection import KnownShape, collection, pairs_of_known_truth, require
 from bench.command_line import command_line, parsed, print_json
 from bench.map_error import WRONG, MapError, map_error
 from solver.consistency import Consistency, Pair, images_of, improve
@@ -96,9 +96,12 @@ def main() -> None:
     parser.add_argument("--maps", type=Path, help="folder of pairwise maps to keep")
     arguments = parsed(parser)
     known = [one for one in collection(arguments.data) if one.truth is not None]
+    require(parser, pairs_of_known_truth(known))
     figures = {}
     for category in dict.fromkeys(one.category for one in known):
         shapes = [one for one in known if one.category == category]
+        if len(shapes) < 2:
+            continue
         figures[category] = _measured(shapes, arguments.maps)
         print(f"\n{category}: " + "   ".join(f"{k} {v:.4g}" for k, v in figures[category].items()))
     print_json(arguments, figures)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, Pair, collection, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.sound_truth import with_sound_truth
 from bench.surface_error import FARTHEST, truths_of
@@ -42,9 +42,9 @@ def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[f
     return float(direct), float(mirrored)
 
 
-def named_pairs(path: Path, shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
-    """Read pairs from a file of two names a line."""
-    by_name = {shape.name: shape for shape in shapes}
+def named_pairs(path: Path, shapes: list[KnownShape]) -> list[Pair]:
+    """Read pairs from a file of two names a line; KeyError if one is not that of a known shape."""
+    by_name = {shape.name: shape for shape in shapes if shape.truth is not None}
     names = [line.split() for line in path.read_text().splitlines() if line.strip()]
     return [(by_name[a], by_name[b]) for a, b in names]
 
@@ -86,7 +86,7 @@ def main() -> None:
     parser = command_line(__doc__, data=True)
     parser.add_argument("--pairs", type=Path, help="file of two names a line; else all in a class")
     parser.add_argument("--points", type=int, default=32)
-    parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
+    pair_options(parser, classes=1)
     parser.add_argument(
         "--orientation",
         action=argparse.BooleanOptionalAction,
@@ -96,12 +96,17 @@ def main() -> None:
     parser.add_argument("--third-order", type=float, default=0.0, help="weight of that term")
     parser.add_argument("--sound", action="store_true", help="leave out torn truth")
     arguments = parsed(parser)
-    shapes = collection(arguments.data, classes=arguments.classes)
-    pairs = pairs_of_known_truth(shapes)
     if arguments.pairs:
-        pairs = named_pairs(arguments.pairs, shapes)
-    for shape in shapes:
-        shape.shape.spectrum()
+        try:
+            shapes = collection(arguments.data, classes=arguments.classes)
+            pairs = named_pairs(arguments.pairs, shapes)
+        except KeyError as error:
+            parser.error(f"--pairs names {error}, which is no shape with known points")
+    else:
+        pairs = known_pairs(parser, arguments)
+    for pair in pairs:
+        for one in pair:
+            one.shape.spectrum()
     options = MatchOptions(
         points=arguments.points,
         orientation=arguments.orientation,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, collection, object_pairs, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, object_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.map_error import COMPARED, MapError, error_figures, map_error
 from bench.sound_truth import with_sound_truth
@@ -63,8 +63,7 @@ def main() -> None:
     """Map the shapes of the pairs, print a table."""
     parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=32, help="matched before")
-    parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
-    parser.add_argument("--classes", type=int, default=3, help="generated ones, without --data")
+    pair_options(parser, classes=3)
     parser.add_argument("--compared", type=int, default=COMPARED, help="known points, at most")
     parser.add_argument("--sound", action="store_true", help="leave out torn truth")
     parser.add_argument("--objects", type=int, default=0, help="pairs of each kind of objects")
@@ -72,10 +71,10 @@ def main() -> None:
     parser.add_argument("--deformation", type=float, default=1.0, help="of the objects")
     arguments = parsed(parser)
     if arguments.objects:
-        pairs = object_pairs(arguments.objects, arguments.first, arguments.deformation)
+        objects = object_pairs(arguments.objects, arguments.first, arguments.deformation)
+        pairs = objects[:: arguments.every]
     else:
-        pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
-    pairs = pairs[:: arguments.every]
+        pairs = known_pairs(parser, arguments)
     spectra = [_spectral_seconds(one) for one in {id(s): s for p in pairs for s in p}.values()]
     options = MatchOptions(points=arguments.points, dense=True)
     heads = "direct", "vertices", "better", "<= 0.05", "sure", "match s", "map s"

@@ -4,11 +4,12 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from bench.collection import Pair
 from bench.correspondence import point_errors
 from bench.drawing import Matched, draw_pair, save
 from bench.structure_change import eight_points
 from bench.surface_error import FARTHEST
-from bench.transformed import BENDING, SCALE, TOPOLOGY, Pair
+from bench.transformed import BENDING, SCALE, TOPOLOGY
 from solver.matching import MatchOptions, match
 from solver.shape.choices import (
     CommuteTime,

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.drawing import Matched, draw_pair, save
 from bench.surface_error import FARTHEST, better_errors
@@ -125,13 +125,14 @@ def draw(cases: dict[str, Compared], path: Path) -> None:
 def main() -> None:
     """Match all pairs by both methods, print a table and draw two pairs."""
     parser = command_line(__doc__, data=True)
+    pair_options(parser, classes=6)
     arguments = parsed(parser)
-    shapes = collection(arguments.data, classes=6)
+    pairs = known_pairs(parser, arguments)
     found: list[Compared] = []
     methods = "GMDS", "ours, geodesic", "ours, default"
     print(f"{'':34}" + "".join(f"{method:^20}" for method in methods))
     print(f"{'pair':34}" + 3 * f"{'error':>9}{'distortion':>11}")
-    for source, target in pairs_of_known_truth(shapes):
+    for source, target in pairs:
         pair = compare(source, target)
         found.append(pair)
         cells = (f"{one.error:9.3f}{one.distortion:11.3f}" for one in pair.answers)

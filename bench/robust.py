@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.calibration import shown
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error
@@ -210,11 +210,9 @@ def measured(
 def main() -> None:
     """Change the targets of the pairs, print a table."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--every", type=int, default=3, help="take every n-th pair only")
-    parser.add_argument("--classes", type=int, default=2, help="generated ones, without --data")
+    pair_options(parser, classes=2, every=3)
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
-    pairs = pairs[:: arguments.every]
+    pairs = known_pairs(parser, arguments)
     changes = dict(CHANGES)
     if arguments.data:
         del changes[REMESHED]

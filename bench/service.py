@@ -22,7 +22,7 @@ import numpy as np
 from isomatch import Client
 from isomatch import Shape as Uploaded
 
-from bench.collection import KnownShape, collection
+from bench.collection import KnownShape, collection, require
 from bench.command_line import command_line, parsed, print_json
 from broker.contracts import (
     DissimilaritiesPayload,
@@ -212,6 +212,7 @@ def main() -> None:
     parser.add_argument("--many", type=int, default=1000, help="made-up shapes; 0 for none")
     arguments = parsed(parser)
     known = collection(arguments.data, 5000, 6)
+    require(parser, known[1:])
     served, bare = compare_with_service(known, arguments.rounds)
     figures = {
         "service_seconds": served,

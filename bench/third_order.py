@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options, require
 from bench.command_line import command_line, parsed, print_json
 from bench.surface_error import FARTHEST, truths_of
 from solver.arrays import IntArray
@@ -108,19 +108,18 @@ def figures_of(rows: list[Proven]) -> dict[str, float]:
 def main() -> None:
     """Measure the pairs, print the tables."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--classes", type=int, default=6, help="generated classes, without --data")
+    pair_options(parser, classes=6)
     parser.add_argument("--points", type=int, default=12)
     parser.add_argument("--targets", type=int, default=48, help="samples of the target")
     parser.add_argument("--metric", default=VARADHAN)
     parser.add_argument("--weights", type=float, nargs="+", default=[0.0, 0.03])
-    parser.add_argument("--every", type=int, default=1, help="measure every n-th pair")
     arguments = parsed(parser)
-    shapes = collection(arguments.data, classes=arguments.classes)
     pairs = [
         (source, target)
-        for source, target in pairs_of_known_truth(shapes)
+        for source, target in known_pairs(parser, arguments)
         if target.symmetric_truth is not None
-    ][:: arguments.every]
+    ]
+    require(parser, pairs)
     for shape in {id(shape): shape for pair in pairs for shape in pair}.values():
         shape.shape.spectrum()
     maps = []
