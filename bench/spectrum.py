@@ -9,7 +9,6 @@ M⁻¹, relative to the greatest eigenvalue, and the greatest relative differenc
 
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,10 +16,10 @@ from scipy.sparse.linalg import eigsh
 from threadpoolctl import threadpool_limits
 
 from bench.command_line import command_line, parsed, print_json
+from bench.sizes import meshes_by_size, size_options
 from solver.arrays import FloatArray
-from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
+from solver.mesh import TriangleMesh
 from solver.shape.laplacian import laplace_beltrami_spectrum, laplacian
-from synthetic import human
 
 SIZES = 5_000, 10_000, 28_000, 52_000
 EIGENPAIRS = 100
@@ -77,15 +76,10 @@ def residual(
 def main() -> None:
     """Measure and print a table."""
     parser = command_line(__doc__)
-    parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
-    parser.add_argument("--most", type=int, default=SIZES[-1], help="greatest number of vertices")
+    size_options(parser, SIZES)
     parser.add_argument("--repetitions", type=int, default=3)
     arguments = parsed(parser)
-    if arguments.mesh:
-        meshes = [read_mesh(arguments.mesh.read_bytes(), arguments.mesh.suffix)]
-    else:
-        bodies = (human(resolution=size) for size in SIZES if size <= arguments.most)
-        meshes = [triangle_mesh(body.vertices, body.faces) for body in bodies]
+    meshes = meshes_by_size(parser, arguments, SIZES)
     print(
         f"{'vertices':>9}{'ours s':>9}{'scipy s':>9}{'ratio':>8}{'eigenvalues':>13}"
         f"{'residual':>11}{'of scipy':>11}"
