@@ -143,6 +143,19 @@ def require(parser: ArgumentParser, found: Sized) -> None:
         )
 
 
+def known_of_classes(
+    parser: ArgumentParser, shapes: list[KnownShape], classes: tuple[str, ...]
+) -> list[KnownShape]:
+    """Those of the shapes that are of these classes and have known points.
+
+    Without any, the program ends with a message.
+    """
+    found = [one for one in shapes if one.category in classes and one.truth is not None]
+    if not found:
+        parser.error(f"--data has no shape with known points of {', '.join(classes)}")
+    return found
+
+
 def object_pairs(count: int, first: int = 0, deformation: float = 1.0) -> list[Pair]:
     """Two individuals of each of :data:`synthetic.OBJECTS`, of 2,000 and 2,500 vertices.
 

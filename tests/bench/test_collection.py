@@ -51,6 +51,20 @@ def test_a_folder_without_pairs(
     assert "nothing to measure: --data is a folder of meshes" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("name", ["figure6", "unseen"])
+def test_a_folder_without_shapes_of_the_classes_is_refused_at_once(
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "other0.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    monkeypatch.setattr("sys.argv", [name, "--data", str(tmp_path)])
+    with pytest.raises(SystemExit, match="2"):
+        import_module(f"bench.{name}").main()
+    assert "--data has no shape with known points of michael, gorilla" in capsys.readouterr().err
+
+
 def known(name: str, truth: list[int] | None) -> KnownShape:
     places = None if truth is None else np.array(truth)
     return KnownShape(name, "one", Shape(icosphere(0)), places, None)
