@@ -20,13 +20,13 @@ from threadpoolctl import threadpool_limits
 
 from bench.collection import Pair, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
-from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error, vertex_errors
 from bench.robust import changed, simplified_to
 from solver.arrays import IntArray
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from solver.shape import Shape
+from synthetic import subdivided
 
 SMALL, LARGE = 5_000, 50_000
 """Numbers of vertices that times are compared at."""

@@ -16,7 +16,6 @@ from scipy.spatial.transform import Rotation
 from bench.calibration import shown
 from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
-from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error
 from bench.varied_pairs import AS_IT_IS, KINDS, LOPSIDED, varied_pair
 from solver.arrays import FloatArray, IntArray
@@ -24,7 +23,7 @@ from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, simplified, triangle_mesh, vertex_normals
 from solver.registration.surface import MIRROR
 from solver.shape import Shape
-from synthetic import remeshed
+from synthetic import remeshed, subdivided
 
 REMESHED = "remeshed to 0.6"
 

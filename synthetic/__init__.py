@@ -10,7 +10,7 @@ from synthetic.shapes import SyntheticShape, articulated, correspondence, human
 from synthetic.skull import SKULL_LENGTH, Skull, skull
 from synthetic.texture import clothed, painted
 from synthetic.topology import glued, near_in_space, punched
-from synthetic.transformations import Transformed, noisy, remeshed, scaled
+from synthetic.transformations import Transformed, noisy, remeshed, scaled, subdivided
 
 __all__ = [
     "ALIEN",
@@ -38,5 +38,6 @@ __all__ = [
     "remeshed",
     "scaled",
     "skull",
+    "subdivided",
     "transferred",
 ]
