@@ -9,7 +9,7 @@ from synthetic.repertoire import HUMAN_POSES
 from synthetic.shapes import SyntheticShape, articulated, correspondence, human
 from synthetic.skull import SKULL_LENGTH, Skull, skull
 from synthetic.texture import clothed, painted
-from synthetic.topology import glued, near_in_space, punched
+from synthetic.topology import glued, near_in_space, punched, submesh
 from synthetic.transformations import Transformed, noisy, remeshed, scaled, subdivided
 
 __all__ = [
@@ -39,5 +39,6 @@ __all__ = [
     "scaled",
     "skull",
     "subdivided",
+    "submesh",
     "transferred",
 ]

@@ -79,6 +79,28 @@ def glued(mesh: TriangleMesh, pairs: IntArray, radius: float | None = None) -> T
     return _rebuilt(mesh, np.concatenate([mesh.faces[~gone], *tubes]))
 
 
+def submesh(mesh: TriangleMesh, kept: BoolArray) -> tuple[IntArray, TriangleMesh]:
+    """Cut a part out of a surface.
+
+    Parameters
+    ----------
+    mesh
+        Any mesh.
+    kept
+        (F,) which of its faces.
+
+    Returns
+    -------
+    vertices
+        (n,) vertices of these faces, ascending.
+    part
+        The mesh of them.
+    """
+    faces = mesh.faces[kept]
+    vertices = np.unique(faces)
+    return vertices, triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
+
+
 def near_in_space(mesh: TriangleMesh, count: int, apart: float, candidates: int = 300) -> IntArray:
     """Find points far apart on the surface and near in space, at which it may be glued.
 
