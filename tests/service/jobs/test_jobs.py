@@ -17,6 +17,7 @@ from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import WORKERS, Api, Json, idle_api, problem, put_shapes
 from tests.service.test_blobs import path_of
+from tests.waiting import until
 from tests.worker.figures import blob, blob_file, off
 
 Shapes = tuple[str, str]
@@ -294,10 +295,7 @@ def test_a_long_poll_ends_with_the_time_or_the_job(idle: tuple[httpx2.Client, Ap
 def test_a_running_job_is_cancelled(http: httpx2.Client, upload: Upload) -> None:
     shape = upload(blob_file(4))["id"]
     job, *others = (ask(http, (shape, shape), **LONG) for _ in range(WORKERS + 1))
-    deadline = time.monotonic() + 240
-    while wait(http, job, 0)["progress"]["fraction"] < 0.4:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    until(lambda: wait(http, job, 0)["progress"]["fraction"] >= 0.4)
     # All workers are busy.
     assert wait(http, others[-1], 0)["waiting_for"] == "turn"
     for other in others:
