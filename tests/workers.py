@@ -18,6 +18,7 @@ from tests.blobs import blob_url
 from tests.waiting import until
 from worker.settings import WorkerSettings
 
+Upload = Callable[..., str]
 WORKERS = 2
 
 

@@ -41,6 +41,7 @@ DATABASES = cycle(range(1, 16))
 """Numbers of those of a server that the shared workers do not serve, one after the other."""
 
 Json = dict[str, Any]
+Upload = Callable[..., Json]
 
 
 @pytest.fixture(autouse=True, scope="session")

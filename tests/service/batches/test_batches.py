@@ -10,11 +10,9 @@ import pytest
 
 from broker.contracts import BatchResult, JobState
 from service.batches.schemas import BatchProgress
-from tests.service.conftest import Api, Json, problem
+from tests.service.conftest import Api, Json, Upload, problem
 from tests.waiting import until
 from tests.worker.figures import blob_file
-
-Upload = Callable[..., Json]
 
 QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 40}
 SLOW: dict[str, Any] = {"points": 256, "alternatives": 32, "coarse_points": 10}

@@ -7,10 +7,9 @@ import pytest
 from solver.arrays import BoolArray
 from solver.mesh import TriangleMesh, triangle_mesh
 from synthetic import SyntheticShape, human, submesh
-from tests.service.conftest import problem
-from tests.service.jobs.test_jobs import matched
-from tests.service.matches.test_dense import Upload
-from tests.service.matches.test_refinement import file_of
+from tests.service.conftest import Upload, problem
+from tests.service.matching import matched
+from tests.solver.mesh.mesh_files import file_of
 
 
 def whole_and_part() -> tuple[TriangleMesh, TriangleMesh]:

@@ -4,7 +4,7 @@ import gzip
 import os
 import signal
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 from pathlib import Path
@@ -31,9 +31,7 @@ from broker.upkeep import RecoveryTimeouts, recover
 from tests.broker.store.test_blobs import files
 from tests.waiting import until
 from tests.worker.figures import blob_file
-from tests.workers import another_horse, ended
-
-Upload = Callable[..., str]
+from tests.workers import Upload, another_horse, ended
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 

@@ -34,12 +34,11 @@ from tests.solver.shapes import tetrahedron
 from tests.waiting import until
 from tests.worker.collections import class_files, imagined
 from tests.worker.figures import blob_file, off, two_blobs_file
-from tests.workers import ended
+from tests.workers import Upload, ended
 from worker.jobs import result_of as document_of
 from worker.jobs.options import options_of
 
 Run = Callable[[Payload], JobRecord]
-Upload = Callable[..., str]
 
 QUICK = DissimilarityParameters(eigenpairs=40)
 

@@ -24,12 +24,11 @@ from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh
 from tests.worker.figures import blob, blob_file, off, two_blobs_file
-from tests.workers import another_horse, ended, horse_of, nothing_is_left, validation
+from tests.workers import Upload, another_horse, ended, horse_of, nothing_is_left, validation
 from worker.jobs import mesh_from_bytes
 from worker.jobs.match_results import result_from_blob
 
 Run = Callable[[Payload], JobRecord]
-Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 

@@ -3,7 +3,6 @@
 import os
 import signal
 import time
-from collections.abc import Callable
 from datetime import timedelta
 from functools import partial
 from pathlib import Path
@@ -38,18 +37,16 @@ from solver.similarity import (
     pairs_between,
 )
 from tests.blobs import blob_url
-from tests.broker.store.test_store import calls
+from tests.broker.store.records import calls
 from tests.waiting import until
 from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import result_of, until_forgotten
-from tests.workers import ended, horses, worker
+from tests.workers import Upload, ended, horses, worker
 from worker.jobs.failures import JobTimedOut
 from worker.jobs.options import options_of
 from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
-
-Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
