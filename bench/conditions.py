@@ -7,11 +7,10 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from bench.holes import with_holes
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, largest_component, simplified, triangle_mesh, vertex_normals
 from solver.shape import Shape
-from synthetic import glued, near_in_space, noisy, remeshed, subdivided
+from synthetic import glued, near_in_space, noisy, remeshed, subdivided, with_holes
 
 _HOLES, _HOLE_RADIUS = 5, 0.03
 """Number of holes, and their geodesic radius over √area."""

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from bench.collection import KnownShape, Pair
-from bench.holes import with_holes
 from bench.symmetry import mirrored_vertices
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
@@ -23,6 +22,7 @@ from synthetic import (
     painted,
     remeshed,
     scaled,
+    with_holes,
 )
 
 BENDING, TOPOLOGY, HOLES, SCALE, NOISE, REMESHING = TRANSFORMATIONS = (

@@ -9,7 +9,7 @@ from synthetic.repertoire import HUMAN_POSES
 from synthetic.shapes import SyntheticShape, articulated, correspondence, human
 from synthetic.skull import SKULL_LENGTH, Skull, skull
 from synthetic.texture import clothed, painted
-from synthetic.topology import glued, near_in_space, punched, submesh
+from synthetic.topology import glued, near_in_space, punched, submesh, with_holes
 from synthetic.transformations import Transformed, noisy, remeshed, scaled, subdivided
 
 __all__ = [
@@ -41,4 +41,5 @@ __all__ = [
     "subdivided",
     "submesh",
     "transferred",
+    "with_holes",
 ]
