@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -18,11 +19,12 @@ def command_line(description: str | None, data: bool = False) -> ArgumentParser:
     Parameters
     ----------
     description
-        Docstring of the module.
+        Docstring of the module, with its command: ``python -m bench.NAME``.
     data
         Whether the experiment takes a folder of meshes.
     """
-    parser = ArgumentParser(description=description)
+    named = re.search(r"python -m bench\.\w+", description or "")
+    parser = ArgumentParser(prog=named and named.group(), description=description)
     if data:
         parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     return parser

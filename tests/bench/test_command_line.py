@@ -13,7 +13,9 @@ def test_data_and_json(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("sys.argv", ["bench", "--data", str(tmp_path), "--json"])
-    arguments = parsed(command_line("Measure.", data=True))
+    parser = command_line("Measure: ``python -m bench.measure``.", data=True)
+    assert parser.prog == "python -m bench.measure"
+    arguments = parsed(parser)
     assert arguments.data == tmp_path
     print_json(arguments, {"pairs": 3})
     assert json.loads(capsys.readouterr().out) == {"pairs": 3}
@@ -26,7 +28,7 @@ def test_data_that_is_no_folder_is_refused(
 ) -> None:
     monkeypatch.setattr("sys.argv", ["bench", "--data", str(tmp_path / "absent")])
     with pytest.raises(SystemExit, match="2"):
-        parsed(command_line("Measure.", data=True))
+        parsed(command_line("Measure: ``python -m bench.measure``.", data=True))
     assert "absent is not a folder" in capsys.readouterr().err
 
 
@@ -35,9 +37,9 @@ def test_the_folder_is_by_default_that_of_the_environment(
 ) -> None:
     monkeypatch.setattr("sys.argv", ["bench"])
     monkeypatch.delenv("ISOMATCH_DATA", raising=False)
-    assert parsed(command_line("Measure.", data=True)).data is None
+    assert parsed(command_line("Measure: ``python -m bench.measure``.", data=True)).data is None
     monkeypatch.setenv("ISOMATCH_DATA", str(tmp_path))
-    arguments = parsed(command_line("Measure.", data=True))
+    arguments = parsed(command_line("Measure: ``python -m bench.measure``.", data=True))
     assert arguments.data == tmp_path
     print_json(arguments, {"pairs": 3})
     assert not capsys.readouterr().out
