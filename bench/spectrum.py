@@ -23,6 +23,7 @@ from solver.shape.laplacian import laplace_beltrami_spectrum, laplacian
 
 SIZES = 5_000, 10_000, 28_000, 52_000
 EIGENPAIRS = 100
+_REPETITIONS = 3
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,10 @@ class Row:
     residual_scipy: float
 
 
-def compare(mesh: TriangleMesh, repetitions: int) -> Row:
+def compare(mesh: TriangleMesh) -> Row:
     """Compute the eigenpairs of a mesh, scaled to unit area, by both in turn."""
     mesh = mesh.scaled(1.0 / np.sqrt(mesh.area))
-    times = np.empty((repetitions, 2))
+    times = np.empty((_REPETITIONS, 2))
     for row in times:
         started = time.perf_counter()
         ours = laplace_beltrami_spectrum(mesh, EIGENPAIRS)
@@ -77,7 +78,6 @@ def main() -> None:
     """Measure and print a table."""
     parser = command_line(__doc__)
     size_options(parser, SIZES)
-    parser.add_argument("--repetitions", type=int, default=3)
     arguments = parsed(parser)
     meshes = meshes_by_size(parser, arguments, SIZES)
     print(
@@ -87,7 +87,7 @@ def main() -> None:
     rows = []
     with threadpool_limits(1):
         for mesh in meshes:
-            row = compare(mesh, arguments.repetitions)
+            row = compare(mesh)
             rows.append(row)
             print(
                 f"{row.vertices:9}{row.seconds_ours:9.2f}{row.seconds_scipy:9.2f}{row.ratio:8.2f}"
