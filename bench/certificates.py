@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_within_classes
+from bench.collection import KnownShape, Pair, collection, pairs_within_classes, require
 from bench.command_line import command_line, default_folder, parsed, print_json
 from bench.dd import SMALL, solve
 from bench.dd_format import parse_dd, read_dd
@@ -59,8 +59,8 @@ class Certificate:
     rest
         Time of the rest of the match.
     megabytes
-        Greatest memory of a match with the proof, without what was cached before; NaN where it was
-        not measured.
+        Greatest memory of a match with the proof, without what was cached before; ``None`` where
+        it was not measured.
     """
 
     pair: str
@@ -72,7 +72,7 @@ class Certificate:
     gap: float
     seconds: float
     rest: float
-    megabytes: float
+    megabytes: float | None
 
     @property
     def excess(self) -> float:
@@ -147,10 +147,10 @@ def instance_certificate(path: Path, seconds: float, *, memory: bool) -> Certifi
     )
 
 
-def _traced(run: Callable[[], object], memory: bool) -> float:
-    """Greatest memory of a further run, in megabytes; NaN if it is not asked for."""
+def _traced(run: Callable[[], object], memory: bool) -> float | None:
+    """Greatest memory of a further run, in megabytes; ``None`` if it is not asked for."""
     if not memory:
-        return math.nan
+        return None
     tracemalloc.start()
     run()
     peak = tracemalloc.get_traced_memory()[1]
@@ -158,7 +158,7 @@ def _traced(run: Callable[[], object], memory: bool) -> float:
     return peak / _MEGABYTE
 
 
-def figures_of(certificates: Sequence[Certificate]) -> dict[str, float]:
+def figures_of(certificates: Sequence[Certificate]) -> dict[str, float | None]:
     """Summarise certificates: shares of proofs, search space, seconds, worst gap, memory.
 
     The peak is that of the process so far: libraries, shapes and their structures included.
@@ -166,7 +166,7 @@ def figures_of(certificates: Sequence[Certificate]) -> dict[str, float]:
     gaps = np.array([one.gap for one in certificates])
     seconds = np.array([one.seconds for one in certificates])
     excess = np.array([one.excess for one in certificates])
-    megabytes = [one.megabytes for one in certificates if not math.isnan(one.megabytes)]
+    megabytes = [one.megabytes for one in certificates if one.megabytes is not None]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _UNIT_OF_PEAK
     return {
         "pairs": len(certificates),
@@ -179,14 +179,13 @@ def figures_of(certificates: Sequence[Certificate]) -> dict[str, float]:
         "worst_gap": float(gaps.max()),
         "median_seconds_of_the_rest": float(np.median([one.rest for one in certificates])),
         "answers_of_least_energy": float((excess <= CERTIFIED_GAP).mean()),
-        "most_megabytes": max(megabytes, default=math.nan),
+        "most_megabytes": max(megabytes, default=None),
         "peak_megabytes": peak / _MEGABYTE,
     }
 
 
-def _of_pairs(arguments: argparse.Namespace) -> Iterator[Certificate]:
-    """Certificates of all pairs within a class."""
-    pairs = pairs_within_classes(collection(arguments.data))[:: arguments.every]
+def _of_pairs(pairs: list[Pair], arguments: argparse.Namespace) -> Iterator[Certificate]:
+    """Certificates of all pairs."""
     first, second = pairs[0]
     warm = MatchOptions(points=arguments.points, proof=CANDIDATES)
     for one in {shape.name: shape for pair in pairs for shape in pair}.values():
@@ -218,20 +217,26 @@ def main() -> None:
     parser.add_argument("--memory", type=int, default=2, help="pairs to trace memory of")
     arguments = parsed(parser)
     of_pairs = arguments.data is not None or not arguments.files
-    arguments.data = arguments.data or default_folder()
+    pairs = []
+    if of_pairs:
+        shapes = collection(arguments.data or default_folder())
+        pairs = pairs_within_classes(shapes)[:: arguments.every]
+        require(parser, pairs)
     certificates = []
-    for found in chain(_of_files(arguments), _of_pairs(arguments) if of_pairs else ()):
+    for found in chain(_of_files(arguments), _of_pairs(pairs, arguments) if pairs else ()):
         certificates.append(found)
+        memory = "" if found.megabytes is None else f" {found.megabytes:6.0f} MB"
         print(
             f"{found.pair:34}{found.points:4} x {found.target_points:<4}{found.candidates:6}"
             f" candidates, 10^{found.digits:<3.0f} maps: answer {found.answer:8.4f}"
             f" least {found.energy:8.4f} gap {100 * found.gap:7.3f} % {found.seconds:6.2f} s"
-            f" of the proof, {found.rest:5.2f} s of the rest {found.megabytes:6.0f} MB",
+            f" of the proof, {found.rest:5.2f} s of the rest{memory}",
             flush=True,
         )
     figures = figures_of(certificates)
     for name, value in figures.items():
-        print(f"{name:28} {value:10.4f}")
+        if value is not None:
+            print(f"{name:28} {value:10.4f}")
     print_json(arguments, figures)
 
 

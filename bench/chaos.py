@@ -14,8 +14,6 @@ The exit status is 1 if there is any of these. The
 seed fixes the faults and the requests, but not which process is where at the time of a fault.
 """
 
-import argparse
-import json
 import re
 import sys
 import tempfile
@@ -31,6 +29,7 @@ from typing import Any, Final, cast
 import httpx2
 from redis import Redis
 
+from bench.command_line import command_line, parsed, print_json
 from bench.faults import FAULTS, restored
 from bench.load import MOST_OPEN, Account, Callers
 from bench.machines import Cluster, running_cluster
@@ -107,12 +106,11 @@ _WRONG: Final = ("lost", "duplicated", "stuck", "leaked", "without_ttl")
 
 def main() -> int:
     """Run the experiment and return its exit status."""
-    parser = argparse.ArgumentParser(prog="python -m bench.chaos", description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--minutes", type=float, default=2.0, help="time of faults and load (2)")
     parser.add_argument("--seed", type=int, default=0, help="of faults and requests (0)")
-    parser.add_argument("--json", action="store_true", help="print the count as JSON")
     parser.add_argument("--logs", type=Path, help="keep logs and store in this folder")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     if sys.platform != "linux":
         print("bench.chaos reads /proc: it runs on Linux", file=sys.stderr)
         return 2
@@ -121,7 +119,8 @@ def main() -> int:
         folder.mkdir(parents=True, exist_ok=True)
         with running_cluster(folder) as cluster:
             count = chaos(cluster, 60.0 * arguments.minutes, arguments.seed)
-    print(json.dumps(asdict(count), indent=1) if arguments.json else table(count))
+    print(table(count))
+    print_json(arguments, asdict(count))
     return 0 if count.clean else 1
 
 

@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from bench.collection import KnownShape, category_of, collection, pairs_of_known_truth
+from bench.collection import KnownShape, category_of, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.map_error import COMPARED
 from bench.surface_error import corner_errors, truths_of
@@ -67,7 +67,8 @@ def errors_of(
     rows = np.linspace(0, len(found.dense.source) - 1, COMPARED).astype(np.int64)
     truth = nearest[found.dense.source[rows]]
     if target is not source:
-        truth = truths_of(source, target, truth)[0]
+        kept, (truth, *_) = truths_of(source, target, truth)
+        rows = rows[kept]
     corners = target.shape.mesh.vertices_of(found.dense.faces[rows].ravel()).reshape(-1, 3)
     errors = corner_errors(target, corners, found.dense.barycentric[rows], truth)
     return errors, found.confidence.probability
@@ -79,9 +80,9 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=10_000, help="points of a cloud")
     parser.add_argument("--noise", type=float, nargs="+", default=[0.0, 0.002])
     parser.add_argument("--points", type=int, default=32, help="matched before")
-    parser.add_argument("--classes", type=int, default=1, help="generated ones, without --data")
+    pair_options(parser, classes=1)
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
+    pairs = known_pairs(parser, arguments)
     first = {category_of(source.name): (source, target) for source, target in reversed(pairs)}
     heads = "noise", "triangles", "surface s", "mean", "median", "sure", "match s"
     print(f"{'cloud and target':40}" + "".join(f"{head:>10}" for head in heads))

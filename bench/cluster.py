@@ -13,7 +13,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import timedelta
 from itertools import cycle
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import Final
 
 import httpx2
 
-from bench.command_line import command_line
+from bench.command_line import command_line, parsed, print_json
 from bench.machines import Cluster, end, running_cluster
 from bench.queueing import Load, simulate
 from broker.contracts import SpectrumPayload
@@ -96,7 +96,7 @@ def main() -> None:
     """Measure, print, simulate."""
     parser = command_line(__doc__)
     parser.add_argument("--quick", action="store_true", help="two clusters and few jobs")
-    options = parser.parse_args()
+    options = parsed(parser)
     configure_logging("WARNING", process="bench")
     clusters = [(1, 1), (2, 1)] if options.quick else [(1, 1), (2, 1), (4, 1), (8, 1), (2, 3)]
     jobs = 20 if options.quick else 100
@@ -109,6 +109,7 @@ def main() -> None:
     print(_causes(found[0]))
     print(_checked(found))
     print(_far(found[0], 2000 if options.quick else 20000))
+    print_json(options, [asdict(one) for one in found])
 
 
 def measure(workers: int, apis: int, jobs: int) -> Measured:

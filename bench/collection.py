@@ -1,9 +1,12 @@
 """Shapes of an experiment: a folder of meshes, or generated ones."""
 
 import re
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sized
 from dataclasses import dataclass
 from itertools import combinations, islice
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,7 +14,7 @@ from bench.symmetry import mirrored_vertices
 from solver.arrays import IntArray
 from solver.mesh import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.shape import Shape
-from synthetic import CLASSES, articulated, correspondence
+from synthetic import CLASSES, OBJECTS, articulated, correspondence, individuals
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +38,9 @@ class KnownShape:
     shape: Shape
     truth: IntArray | None
     symmetric_truth: IntArray | None
+
+
+Pair: TypeAlias = tuple[KnownShape, KnownShape]
 
 
 def read_collection(folder: Path) -> list[KnownShape]:
@@ -95,14 +101,82 @@ def category_of(name: str) -> str:
     return re.split(r"\d", name, maxsplit=1)[0]
 
 
-def pairs_within_classes(shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
+def pairs_within_classes(shapes: list[KnownShape]) -> list[Pair]:
     """All unordered pairs of shapes of one class."""
     return [(a, b) for a, b in combinations(shapes, 2) if a.category == b.category]
 
 
-def pairs_of_known_truth(shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
-    """Those of the pairs of which it is known what corresponds."""
-    return pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+def pairs_of_known_truth(shapes: list[KnownShape]) -> list[Pair]:
+    """Those of the pairs of which it is known what corresponds, at least of one point."""
+    return [
+        (a, b)
+        for a, b in pairs_within_classes(shapes)
+        if a.truth is not None and b.truth is not None and ((a.truth >= 0) & (b.truth >= 0)).any()
+    ]
+
+
+def pair_options(parser: ArgumentParser, classes: int, every: int = 1) -> None:
+    """Add the options of :func:`known_pairs`, with these defaults."""
+    parser.add_argument("--every", type=int, default=every, help="take every n-th pair only")
+    parser.add_argument(
+        "--classes", type=int, default=classes, help="generated ones, without --data"
+    )
+
+
+def known_pairs(parser: ArgumentParser, arguments: Namespace, resolution: int = 3000) -> list[Pair]:
+    """Pairs of known truth that a command line with :func:`pair_options` asks for.
+
+    Without any, the program ends with a message.
+    """
+    shapes = collection(arguments.data, resolution, arguments.classes)
+    pairs = pairs_of_known_truth(shapes)[:: arguments.every]
+    require(parser, pairs)
+    return pairs
+
+
+def require(parser: ArgumentParser, found: Sized) -> None:
+    """End the program with a message if there is nothing to measure."""
+    if not found:
+        parser.error(
+            "nothing to measure: --data is a folder of meshes, of a class each up to its first"
+            " digit; most experiments need two of a class with known points, NAME.vts"
+        )
+
+
+def known_of_classes(
+    parser: ArgumentParser, shapes: list[KnownShape], classes: tuple[str, ...]
+) -> list[KnownShape]:
+    """Those of the shapes that are of these classes and have known points.
+
+    Without any, the program ends with a message.
+    """
+    found = [one for one in shapes if one.category in classes and one.truth is not None]
+    if not found:
+        parser.error(f"--data has no shape with known points of {', '.join(classes)}")
+    return found
+
+
+def object_pairs(count: int, first: int = 0, deformation: float = 1.0) -> list[Pair]:
+    """Two individuals of each of :data:`synthetic.OBJECTS`, of 2,000 and 2,500 vertices.
+
+    Parameters
+    ----------
+    count
+        Pairs of each kind.
+    first
+        Seed of the first ones.
+    deformation
+        Factor on the amplitude of the displacement that makes individuals differ.
+    """
+    pairs = []
+    for seed in range(first, first + count):
+        for kind in OBJECTS:
+            one, other = (
+                KnownShape(f"{kind}{seed}-{number}", kind, Shape(made.mesh), made.places, None)
+                for number, made in enumerate(individuals(kind, seed, (2000, 2500), deformation))
+            )
+            pairs.append((one, other))
+    return pairs
 
 
 def _read_vertices(path: Path) -> IntArray | None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -18,11 +19,12 @@ def command_line(description: str | None, data: bool = False) -> ArgumentParser:
     Parameters
     ----------
     description
-        Docstring of the module.
+        Docstring of the module, with its command: ``python -m bench.NAME``.
     data
         Whether the experiment takes a folder of meshes.
     """
-    parser = ArgumentParser(description=description)
+    named = re.search(r"python -m bench\.\w+", description or "")
+    parser = ArgumentParser(prog=named and named.group(), description=description)
     if data:
         parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     return parser
@@ -31,10 +33,14 @@ def command_line(description: str | None, data: bool = False) -> ArgumentParser:
 def parsed(parser: ArgumentParser) -> Namespace:
     """Add ``--json``, and parse the command line."""
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    return parser.parse_args()
+    arguments = parser.parse_args()
+    folder = getattr(arguments, "data", None)
+    if folder is not None and not folder.is_dir():
+        parser.error(f"--data: {folder} is not a folder")
+    return arguments
 
 
 def print_json(arguments: Namespace, figures: object) -> None:
     """End with a line of JSON, if the command line asks for it."""
     if arguments.json:
-        print(json.dumps(figures))
+        print(json.dumps(figures, allow_nan=False))

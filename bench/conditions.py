@@ -7,11 +7,10 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from bench.holes import with_holes
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, largest_component, simplified, triangle_mesh, vertex_normals
 from solver.shape import Shape
-from synthetic import glued, near_in_space, noisy, remeshed
+from synthetic import glued, near_in_space, noisy, remeshed, subdivided, with_holes
 
 _HOLES, _HOLE_RADIUS = 5, 0.03
 """Number of holes, and their geodesic radius over √area."""
@@ -200,14 +199,3 @@ def _kept(mesh: TriangleMesh, kept: BoolArray) -> Scan:
     """Scan without the triangles at the vertices that are not kept."""
     faces: IntArray = mesh.faces[kept[mesh.faces].all(axis=1)]
     return Scan(triangle_mesh(mesh.vertices, faces), mesh.vertices)
-
-
-def subdivided(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Subdivide each triangle into four at the midpoints of its edges, after the old vertices."""
-    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    distinct, middle = np.unique(edges, axis=0, return_inverse=True)
-    ab, bc, ca = (len(vertices) + middle.reshape(-1, 3)).T
-    a, b, c = faces.T
-    four = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
-    split = np.concatenate([np.stack(corners, axis=1) for corners in four])
-    return np.concatenate([vertices, vertices[distinct].mean(axis=1)]), split

@@ -110,7 +110,7 @@ def save_features(path: Path, answers: list[ConfidentAnswer]) -> None:
 
 
 def load_features(
-    paths: list[Path], different: bool = True, chosen: list[str] | None = None
+    paths: list[Path], chosen: list[str] | None = None
 ) -> tuple[list[str], FloatArray, BoolArray]:
     """Read what :func:`save_features` wrote.
 
@@ -118,8 +118,6 @@ def load_features(
     ----------
     paths
         Files that all have these measures.
-    different
-        Whether pairs of different classes are kept.
     chosen
         Names of some measures; all by default. Answers that were refined have others than those
         that were not.
@@ -137,7 +135,7 @@ def load_features(
     tables = []
     for path in paths:
         with np.load(path, allow_pickle=False) as file:
-            tables.append({name: file[name] for name in ("names", "measures", "right", "kind")})
+            tables.append({name: file[name] for name in ("names", "measures", "right")})
     names = tables[0]["names"].tolist() if chosen is None else chosen
     known = [one["names"].tolist() for one in tables]
     if any(set(names) - set(one) or (chosen is None and len(names) < len(one)) for one in known):
@@ -147,8 +145,7 @@ def load_features(
         [one["measures"][:, places] for one, places in zip(tables, columns, strict=True)]
     )
     right = np.concatenate([one["right"] for one in tables])
-    kind = np.concatenate([one["kind"] for one in tables])
-    kept = np.isfinite(measures).all(axis=1) & (different | (kind != DIFFERENT))
+    kept = np.isfinite(measures).all(axis=1)
     return names, measures[kept], right[kept]
 
 

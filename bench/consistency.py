@@ -2,18 +2,16 @@
 
 Mean geodesic error over √area of the pairwise maps and of those improved by one another, wrong
 pairs, cycle errors, and seconds. With ``--data`` the class is a file's name up to its first digit.
-With ``--maps`` pairwise maps are kept in a folder, and taken from there by a later run.
 """
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection
+from bench.collection import KnownShape, collection, pairs_of_known_truth, require
 from bench.command_line import command_line, parsed, print_json
 from bench.map_error import WRONG, MapError, map_error
 from solver.consistency import Consistency, Pair, images_of, improve
@@ -36,48 +34,17 @@ class PairwiseMap:
     dense: DenseCorrespondence
     probability: float
 
-    def save(self, path: Path) -> None:
-        """Write it to an NPZ file."""
-        assert self.dense.inverse is not None
-        arrays = {
-            f"{name}_{field}": getattr(one, field)
-            for name, one in (("forward", self.dense), ("inverse", self.dense.inverse))
-            for field in ("source", "target", "faces", "barycentric")
-        }
-        np.savez_compressed(path, allow_pickle=False, probability=self.probability, **arrays)
 
-    @classmethod
-    def load(cls, path: Path) -> "PairwiseMap":
-        """Read it again."""
-        with np.load(path, allow_pickle=False) as arrays:
-            forward, inverse = (
-                DenseCorrespondence(
-                    source=arrays[f"{name}_source"],
-                    target=arrays[f"{name}_target"],
-                    faces=arrays[f"{name}_faces"],
-                    barycentric=arrays[f"{name}_barycentric"],
-                )
-                for name in ("forward", "inverse")
-            )
-            return cls(replace(forward, inverse=inverse), float(arrays["probability"]))
-
-
-def pairwise_maps(shapes: list[KnownShape], folder: Path | None) -> dict[Pair, PairwiseMap]:
-    """Match all pairs of shapes of one class, but those that are kept in the folder."""
+def pairwise_maps(shapes: list[KnownShape]) -> dict[Pair, PairwiseMap]:
+    """Match all pairs of shapes of one class."""
+    # As the service does: compositions need an image of each vertex.
+    options = MatchOptions(points=32, dense=True, partial="none")
     found = {}
     for i, j in combinations(range(len(shapes)), 2):
-        kept = None if folder is None else folder / f"{shapes[i].name}_{shapes[j].name}.npz"
-        if kept is not None and kept.exists():
-            found[i, j] = PairwiseMap.load(kept)
-            continue
-        # As the service does: compositions need an image of each vertex.
-        options = MatchOptions(points=32, dense=True, partial="none")
         matched = match(shapes[i].shape, shapes[j].shape, options)
         assert matched.dense is not None
         assert matched.confidence is not None
         found[i, j] = PairwiseMap(matched.dense, matched.confidence.probability)
-        if kept is not None:
-            found[i, j].save(kept)
     return found
 
 
@@ -93,20 +60,22 @@ def made_consistent(shapes: list[KnownShape], maps: Mapping[Pair, PairwiseMap]) 
 def main() -> None:
     """Map all pairs of each class, improve them, and print a table."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--maps", type=Path, help="folder of pairwise maps to keep")
     arguments = parsed(parser)
     known = [one for one in collection(arguments.data) if one.truth is not None]
+    require(parser, pairs_of_known_truth(known))
     figures = {}
     for category in dict.fromkeys(one.category for one in known):
         shapes = [one for one in known if one.category == category]
-        figures[category] = _measured(shapes, arguments.maps)
+        if len(shapes) < 2:
+            continue
+        figures[category] = _measured(shapes)
         print(f"\n{category}: " + "   ".join(f"{k} {v:.4g}" for k, v in figures[category].items()))
     print_json(arguments, figures)
 
 
-def _measured(shapes: list[KnownShape], folder: Path | None) -> dict[str, float]:
+def _measured(shapes: list[KnownShape]) -> dict[str, float]:
     started = time.process_time()
-    maps = pairwise_maps(shapes, folder)
+    maps = pairwise_maps(shapes)
     pairwise = time.process_time() - started
     started = time.process_time()
     found = made_consistent(shapes, maps)

@@ -12,38 +12,39 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, Pair, collection, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.sound_truth import with_sound_truth
 from bench.surface_error import FARTHEST, truths_of
-from solver.arrays import FloatArray
+from solver.arrays import BoolArray, FloatArray
 from solver.matching import Match, MatchOptions, match
 
 
 def point_errors(
     source: KnownShape, target: KnownShape, found: Match
-) -> tuple[FloatArray, FloatArray]:
-    """Geodesic error of each matched point, direct and under the symmetry, in the target's unit.
+) -> tuple[BoolArray, FloatArray]:
+    """Which matched points have a partner on the target, and their geodesic errors.
 
-    The second is infinite where nobody knows the symmetry.
+    The errors are (2, K), direct and under the symmetry, over √area. The second is infinite where
+    nobody knows the symmetry.
     """
-    distances = target.shape.metric("geodesic").distances(found.best.target)
-    rows = np.arange(len(found.best.source))
-    direct, *mirrored = (
-        distances[rows, truth] for truth in truths_of(source, target, found.best.source)
-    )
-    return direct, mirrored[0] if mirrored else np.full(len(rows), np.inf)
+    kept, truths = truths_of(source, target, found.best.source)
+    distances = target.shape.metric("geodesic").distances(found.best.target[kept])
+    errors = np.full((2, len(distances)), np.inf)
+    for row, truth in zip(errors, truths, strict=False):
+        row[:] = distances[np.arange(len(distances)), truth] / target.shape.size
+    return kept, errors
 
 
 def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[float, float]:
     """Mean geodesic error over √area, direct and under the symmetry."""
-    direct, mirrored = point_errors(source, target, found)
-    return float(direct.mean()) / target.shape.size, float(mirrored.mean()) / target.shape.size
+    direct, mirrored = point_errors(source, target, found)[1].mean(axis=1)
+    return float(direct), float(mirrored)
 
 
-def named_pairs(path: Path, shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
-    """Read pairs from a file of two names a line."""
-    by_name = {shape.name: shape for shape in shapes}
+def named_pairs(path: Path, shapes: list[KnownShape]) -> list[Pair]:
+    """Read pairs from a file of two names a line; KeyError if one is not that of a known shape."""
+    by_name = {shape.name: shape for shape in shapes if shape.truth is not None}
     names = [line.split() for line in path.read_text().splitlines() if line.strip()]
     return [(by_name[a], by_name[b]) for a, b in names]
 
@@ -59,7 +60,7 @@ def answered(
     found = match(source.shape, target.shape, options)
     seconds = time.perf_counter() - started
     known = with_sound_truth(source, target) if sound else (source, target)
-    errors = np.array(point_errors(*known, found)) / target.shape.size
+    errors = point_errors(*known, found)[1]
     direct, better = float(errors[0].mean()), float(errors.mean(axis=1).min())
     return direct, better, float(errors[0].max()), found.gap, found.levels[0].certified, seconds
 
@@ -85,7 +86,7 @@ def main() -> None:
     parser = command_line(__doc__, data=True)
     parser.add_argument("--pairs", type=Path, help="file of two names a line; else all in a class")
     parser.add_argument("--points", type=int, default=32)
-    parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
+    pair_options(parser, classes=1)
     parser.add_argument(
         "--orientation",
         action=argparse.BooleanOptionalAction,
@@ -95,12 +96,17 @@ def main() -> None:
     parser.add_argument("--third-order", type=float, default=0.0, help="weight of that term")
     parser.add_argument("--sound", action="store_true", help="leave out torn truth")
     arguments = parsed(parser)
-    shapes = collection(arguments.data, classes=arguments.classes)
-    pairs = pairs_of_known_truth(shapes)
     if arguments.pairs:
-        pairs = named_pairs(arguments.pairs, shapes)
-    for shape in shapes:
-        shape.shape.spectrum()
+        try:
+            shapes = collection(arguments.data, classes=arguments.classes)
+            pairs = named_pairs(arguments.pairs, shapes)
+        except KeyError as error:
+            parser.error(f"--pairs names {error}, which is no shape with known points")
+    else:
+        pairs = known_pairs(parser, arguments)
+    for pair in pairs:
+        for one in pair:
+            one.shape.spectrum()
     options = MatchOptions(
         points=arguments.points,
         orientation=arguments.orientation,

@@ -9,7 +9,7 @@ from bench.humans import USUAL, random_pose, random_proportions
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, components_of, triangle_areas, triangle_mesh
 from solver.shape import Shape
-from synthetic import human_figure
+from synthetic import human_figure, submesh
 from synthetic.shapes import correspondence, posed
 
 VERTICES = 2000, 4000
@@ -177,13 +177,6 @@ def cut(mesh: TriangleMesh, how: Cut, rng: np.random.Generator) -> tuple[IntArra
         if areas[further].sum() > 1.0 - gone - _TOO_MUCH:
             kept = further
     return submesh(mesh, kept)
-
-
-def submesh(mesh: TriangleMesh, kept: BoolArray) -> tuple[IntArray, TriangleMesh]:
-    """Return the vertices of the (F,) faces kept, and the mesh of these."""
-    faces = mesh.faces[kept]
-    vertices = np.unique(faces)
-    return vertices, triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
 
 
 def largest_component(mesh: TriangleMesh, kept: BoolArray) -> BoolArray:

@@ -22,6 +22,9 @@ SMALL = "p 17 2 18 1\n" + "\n".join(
 )
 """A small instance, solved once so that everything is compiled."""
 
+_GAP = 1e-6
+"""Relative gap at which the table stops."""
+
 
 def solve(problem: LabellingProblem, seconds: float, gap: float) -> Solution[IntArray]:
     """Solve an instance within a time limit, to a relative gap."""
@@ -47,7 +50,6 @@ def main() -> None:
     parser = command_line(__doc__)
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help=".dd, .dd.xz, ...")
     parser.add_argument("--seconds", type=float, default=10.0, help="time limit of each")
-    parser.add_argument("--gap", type=float, default=1e-6, help="relative gap to stop at")
     arguments = parsed(parser)
     solve(parse_dd(SMALL), 60.0, 0.0)  # compiles
     print(f"{'instance':24}{'size':>12}{'terms':>9}{'energy':>14}{'bound':>14}{'gap':>10}{'s':>8}")
@@ -55,7 +57,7 @@ def main() -> None:
     for path in arguments.files:
         problem = read_dd(path)
         started = time.perf_counter()
-        found = solve(problem, arguments.seconds, arguments.gap)
+        found = solve(problem, arguments.seconds, _GAP)
         elapsed = time.perf_counter() - started
         size = f"{problem.n_sources}x{problem.n_targets}"
         print(

@@ -4,7 +4,8 @@ Mean geodesic error over √area of all vertices' images with known truth, per p
 class: direct, on the surface and at vertices, and against the better of the direct and the mirrored
 truth; whether the confidence of the answers was justified; and seconds. With ``--data`` the class
 is a file's name up to its first digit. ``--sound`` leaves out points whose known partner lies on
-another part of the body (:mod:`bench.sound_truth`).
+another part of the body (:mod:`bench.sound_truth`). ``--objects`` matches generated bones, stones,
+leaves and other things that are not bodies (:mod:`synthetic.objects`).
 """
 
 import time
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, object_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.map_error import COMPARED, MapError, error_figures, map_error
 from bench.sound_truth import with_sound_truth
@@ -62,13 +63,18 @@ def main() -> None:
     """Map the shapes of the pairs, print a table."""
     parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=32, help="matched before")
-    parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
-    parser.add_argument("--classes", type=int, default=3, help="generated ones, without --data")
+    pair_options(parser, classes=3)
     parser.add_argument("--compared", type=int, default=COMPARED, help="known points, at most")
     parser.add_argument("--sound", action="store_true", help="leave out torn truth")
+    parser.add_argument("--objects", type=int, default=0, help="pairs of each kind of objects")
+    parser.add_argument("--first", type=int, default=0, help="seed of the first objects")
+    parser.add_argument("--deformation", type=float, default=1.0, help="of the objects")
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
-    pairs = pairs[:: arguments.every]
+    if arguments.objects:
+        objects = object_pairs(arguments.objects, arguments.first, arguments.deformation)
+        pairs = objects[:: arguments.every]
+    else:
+        pairs = known_pairs(parser, arguments)
     spectra = [_spectral_seconds(one) for one in {id(s): s for p in pairs for s in p}.values()]
     options = MatchOptions(points=arguments.points, dense=True)
     heads = "direct", "vertices", "better", "<= 0.05", "sure", "match s", "map s"

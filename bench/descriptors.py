@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray, IntArray
 from solver.shape.choices import DESCRIPTORS, Eigenfunctions
@@ -50,10 +50,9 @@ def rank(first: FloatArray, second: FloatArray) -> float:
 def main() -> None:
     """Compare the pairs and print a table."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
+    pair_options(parser, classes=1)
     arguments = parsed(parser)
-    shapes = collection(arguments.data, classes=arguments.classes)
-    pairs = pairs_of_known_truth(shapes)
+    pairs = known_pairs(parser, arguments)
     random = np.random.default_rng(0)
     figures = {}
     print(f"{'descriptor':20}{'correlation':>12}{'rank':>8}{'seconds a shape':>17}")

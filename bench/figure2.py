@@ -4,11 +4,12 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from bench.collection import Pair
 from bench.correspondence import point_errors
 from bench.drawing import Matched, draw_pair, save
 from bench.structure_change import eight_points
 from bench.surface_error import FARTHEST
-from bench.transformed import BENDING, SCALE, TOPOLOGY, Pair
+from bench.transformed import BENDING, SCALE, TOPOLOGY
 from solver.matching import MatchOptions, match
 from solver.shape.choices import (
     CommuteTime,
@@ -34,13 +35,13 @@ def matched_by(options: MatchOptions, pair: Pair) -> tuple[Matched, float]:
     """
     source, target = pair
     found = match(source.shape, target.shape, options)
-    errors = min(point_errors(source, target, found), key=lambda both: float(both.mean()))
-    errors = errors / target.shape.size
+    kept, both = point_errors(source, target, found)
+    errors = both[both.mean(axis=1).argmin()]
     drawn = Matched(
         source.shape.mesh,
         target.shape.mesh,
-        found.best.source,
-        found.best.target,
+        found.best.source[kept],
+        found.best.target[kept],
         errors < FARTHEST,
     )
     return drawn, float(errors.mean())

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.drawing import Matched, draw_pair, save
 from bench.surface_error import FARTHEST, better_errors
@@ -34,7 +34,8 @@ class Answer:
     Attributes
     ----------
     here, there
-        (K,) vertex indices, of points between vertices the nearest ones.
+        (K,) vertex indices, of points between vertices the nearest ones; without those that the
+        target lacks.
     errors
         (K,) over √area, against the direct or the mirrored truth.
     distortion
@@ -89,12 +90,9 @@ def compare(source: KnownShape, target: KnownShape) -> Compared:
 def _embedded(source: KnownShape, target: KnownShape) -> Answer:
     embedding = embed(source.shape, target.shape, POINTS)
     points = embedding.solution.answer
-    return Answer(
-        embedding.vertices,
-        points.nearest_vertices(target.shape.surface),
-        better_errors(source, target, embedding.vertices, points),
-        embedding.distortion,
-    )
+    there = points.nearest_vertices(target.shape.surface)
+    kept, errors = better_errors(source, target, embedding.vertices, points)
+    return Answer(embedding.vertices[kept], there[kept], errors, embedding.distortion)
 
 
 def _matched(source: KnownShape, target: KnownShape, options: MatchOptions) -> Answer:
@@ -103,8 +101,8 @@ def _matched(source: KnownShape, target: KnownShape, options: MatchOptions) -> A
     there = target.shape.mesh.vertices_of(found.target)
     at_vertices = SurfacePoints.at_vertices(target.shape.surface, there)
     spread = found.distortion.second_order / (POINTS * (POINTS - 1))
-    errors = better_errors(source, target, here, at_vertices)
-    return Answer(here, there, errors, float(np.sqrt(spread)))
+    kept, errors = better_errors(source, target, here, at_vertices)
+    return Answer(here[kept], there[kept], errors, float(np.sqrt(spread)))
 
 
 def draw(cases: dict[str, Compared], path: Path) -> None:
@@ -117,7 +115,7 @@ def draw(cases: dict[str, Compared], path: Path) -> None:
             meshes = pair.source.shape.surface, pair.target.shape.surface
             draw_pair(axes, Matched(*meshes, answer.here, answer.there, right))
             axes.set_title(
-                f"{title}: {method}\n{int(right.sum())} of {POINTS} right, "
+                f"{title}: {method}\n{int(right.sum())} of {len(right)} right, "
                 f"mean error {answer.error:.2f}, distortion {answer.distortion:.3f}",
                 fontsize=10,
             )
@@ -127,13 +125,14 @@ def draw(cases: dict[str, Compared], path: Path) -> None:
 def main() -> None:
     """Match all pairs by both methods, print a table and draw two pairs."""
     parser = command_line(__doc__, data=True)
+    pair_options(parser, classes=6)
     arguments = parsed(parser)
-    shapes = collection(arguments.data, classes=6)
+    pairs = known_pairs(parser, arguments)
     found: list[Compared] = []
     methods = "GMDS", "ours, geodesic", "ours, default"
     print(f"{'':34}" + "".join(f"{method:^20}" for method in methods))
     print(f"{'pair':34}" + 3 * f"{'error':>9}{'distortion':>11}")
-    for source, target in pairs_of_known_truth(shapes):
+    for source, target in pairs:
         pair = compare(source, target)
         found.append(pair)
         cells = (f"{one.error:9.3f}{one.distortion:11.3f}" for one in pair.answers)

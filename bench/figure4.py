@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.spatial.distance import squareform
 
-from bench.collection import KnownShape, collection
+from bench.collection import KnownShape, collection, require
 from bench.command_line import command_line, parsed, print_json
 from bench.drawing import save
 from solver.arrays import FloatArray
@@ -122,6 +122,7 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=6)
     arguments = parsed(parser)
     shapes = collection(arguments.data, classes=6)
+    require(parser, shapes[1:])
     started = time.perf_counter()
     for known in shapes:
         known.shape.spectrum()

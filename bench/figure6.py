@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
-from bench.collection import KnownShape, read_collection
+from bench.collection import KnownShape, known_of_classes, read_collection
 from bench.command_line import command_line, parsed, print_json
 from bench.drawing import Matched, draw_pair, save
 from bench.humans import Family, Unfamiliar, human_family, unfamiliar_figures
@@ -230,9 +230,8 @@ def agreement(
     return {category: (len(one), float(np.mean(one))) for category, one in right.items()}
 
 
-def real_bodies(prototype: Prototype, family: Family, folder: Path) -> dict[str, float]:
+def real_bodies(prototype: Prototype, family: Family, shapes: list[KnownShape]) -> dict[str, float]:
     """Match real bodies with the prototype, draw them, and tell how well poses of one agree."""
-    shapes = [one for one in read_collection(folder) if one.category in _BODIES]
     points = prototype.points
 
     def by_prototype(shape: Shape) -> IntArray:
@@ -287,6 +286,8 @@ def main() -> None:
     parser.add_argument("--orientation", action="store_true", help="tell left from right")
     parser.add_argument("--sensitivity", action="store_true", help="to examples and components")
     arguments = parsed(parser)
+    shapes = read_collection(arguments.data) if arguments.data else []
+    bodies = known_of_classes(parser, shapes, _BODIES) if arguments.data else []
     most = max(arguments.examples, *(_EXAMPLES if arguments.sensitivity else (1,)))
     family = human_family(most - 1)
     figures = unfamiliar_figures(
@@ -319,8 +320,8 @@ def main() -> None:
     }
     if arguments.sensitivity:
         figures_out["sensitivity"] = sensitivity(family, figures, arguments)
-    if arguments.data:
-        figures_out["agreement"] = real_bodies(prototype, family, arguments.data)
+    if bodies:
+        figures_out["agreement"] = real_bodies(prototype, family, bodies)
     print_json(arguments, figures_out)
 
 

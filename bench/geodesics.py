@@ -8,15 +8,15 @@ of ``graph``.
 
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 import pygeodesic.geodesic
 from threadpoolctl import threadpool_limits
 
 from bench.command_line import command_line, parsed, print_json
+from bench.sizes import meshes_by_size, size_options
 from solver.arrays import FloatArray, IntArray
-from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
+from solver.mesh import TriangleMesh, non_manifold_vertices, triangle_mesh
 from solver.shape.geodesics import GEODESIC_METHODS, GeodesicMethod, geodesics
 from synthetic import human
 
@@ -68,6 +68,13 @@ def measure(mesh: TriangleMesh) -> list[Row]:
     return rows
 
 
+def has_exact_distances(mesh: TriangleMesh) -> bool:
+    """Whether a mesh is a connected manifold, with or without boundary."""
+    edges = mesh.face_edges
+    manifold = edges.counts.max() <= 2 and len(non_manifold_vertices(mesh.faces, edges)) == 0
+    return bool(manifold) and mesh.components == 1
+
+
 def exact_distances(mesh: TriangleMesh, sources: IntArray) -> FloatArray:
     """Exact distances from (S,) vertices: (S, V).
 
@@ -76,7 +83,7 @@ def exact_distances(mesh: TriangleMesh, sources: IntArray) -> FloatArray:
     Parameters
     ----------
     mesh
-        A connected manifold mesh, with or without boundary; pygeodesic crashes on others.
+        With exact distances; pygeodesic crashes on others.
     sources
         (S,) vertices.
     """
@@ -92,22 +99,14 @@ def errors(found: FloatArray, exact: FloatArray, sources: IntArray) -> tuple[flo
     return float(relative.mean()), float(relative.max())
 
 
-def bodies(most: int) -> list[TriangleMesh]:
-    """Generated bodies of at most `most` vertices."""
-    figures = [human(resolution=size) for size in SIZES if size <= most]
-    return [triangle_mesh(figure.vertices, figure.faces) for figure in figures]
-
-
 def main() -> None:
     """Measure and print a table."""
     parser = command_line(__doc__)
-    parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
-    parser.add_argument("--most", type=int, default=SIZES[-1], help="greatest number of vertices")
+    size_options(parser, SIZES)
     arguments = parsed(parser)
-    if arguments.mesh:
-        meshes = [read_mesh(arguments.mesh.read_bytes(), arguments.mesh.suffix)]
-    else:
-        meshes = bodies(arguments.most)
+    meshes = meshes_by_size(parser, arguments, SIZES)
+    if not all(map(has_exact_distances, meshes)):
+        parser.error("--mesh is not a connected manifold: exact distances cannot be computed")
     small = human(resolution=500)
     measure(triangle_mesh(small.vertices, small.faces))  # compiles
     print(

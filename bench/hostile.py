@@ -15,7 +15,7 @@ from typing import Any
 import httpx2
 import numpy as np
 
-from bench.command_line import command_line
+from bench.command_line import command_line, parsed, print_json
 from demo.stack import running_stack
 
 _BYTES = 1024**2 - 1000
@@ -86,7 +86,8 @@ def main() -> None:
     parser = command_line(__doc__)
     parser.add_argument("--attackers", type=int, default=50, help="clients that send bad bodies")
     parser.add_argument("--seconds", type=float, default=15.0, help="of each run")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
+    rows = []
     with running_stack({"ISOMATCH_LOG_LEVEL": "WARNING"}) as stack:
         print(f"{'clients':>8}{'calls':>8}{'median':>10}{'99 %':>10}{'longest':>10}  bad bodies")
         for attackers in (0, arguments.attackers):
@@ -97,9 +98,13 @@ def main() -> None:
                 )
                 time.sleep(_LEAD)
                 times = np.array(asyncio.run(calls(stack.url, arguments.seconds)))
-                figures = np.median(times), np.percentile(times, 99), times.max()
+                figures = [float(np.quantile(times, one)) for one in (0.5, 0.99, 1.0)]
                 row = "".join(f"{1000 * one:7.0f} ms" for one in figures)
-                print(f"{attackers:8}{len(times):8}{row}  {sent.result()}")
+                answered = sent.result()
+                print(f"{attackers:8}{len(times):8}{row}  {answered}")
+                seconds = dict(zip(("median", "percentile_99", "longest"), figures, strict=True))
+                rows.append({"attackers": attackers, "calls": len(times), **seconds})
+    print_json(arguments, rows)
 
 
 def _attack_in_process(url: str, attackers: int, seconds: float) -> dict[int, int]:

@@ -17,7 +17,7 @@ from bench.command_line import command_line
 from demo.stack import running_stack
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
-from synthetic import articulated
+from synthetic import articulated, submesh
 
 _WIDTH = 1000
 """Pixels of a picture."""
@@ -29,11 +29,13 @@ def inputs(seed: int = 1) -> dict[str, FloatArray | tuple[FloatArray, IntArray]]
     vertices, faces = whole.vertices, whole.faces
     height = whole.rest[:, 1]
     waist = np.quantile(height, 0.55)
-    upper, lower = (height[faces] > waist).all(axis=1), (height[faces] <= waist).all(axis=1)
-    points, _ = sampled(triangle_mesh(vertices, faces), 4000, 0.0)
+    upper, lower = np.all(height[faces] > waist, axis=1), np.all(height[faces] <= waist, axis=1)
+    mesh = triangle_mesh(vertices, faces)
+    half = submesh(mesh, upper)[1]
+    points, _ = sampled(mesh, 4000, 0.0)
     return {
         "two pieces and debris": _with_debris(vertices, faces[upper | lower], seed),
-        "a half": _used(vertices, faces[upper]),
+        "a half": (half.vertices, half.faces),
         "points": points,
     }
 
@@ -45,11 +47,6 @@ def _with_debris(vertices: FloatArray, faces: IntArray, seed: int) -> tuple[Floa
     crumbs = (corners + 0.004 * size.max() * rng.normal(size=(40, 3, 3))).reshape(-1, 3)
     further = np.arange(len(crumbs)).reshape(-1, 3) + len(vertices)
     return np.vstack([vertices, crumbs]), np.vstack([faces, further])
-
-
-def _used(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    used, numbered = np.unique(faces, return_inverse=True)
-    return vertices[used], numbered.reshape(-1, 3).astype(np.int64)
 
 
 def in_palette(picture: Image.Image) -> Image.Image:

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import read_collection
+from bench.collection import Pair, read_collection, require
 from bench.command_line import command_line, parsed, print_json
 from bench.figure2 import COMBINATIONS, ROWS, draw_figure2
 from bench.structure_change import (
@@ -33,7 +33,6 @@ from bench.transformed import (
     SCALE,
     TOPOLOGY,
     TRANSFORMATIONS,
-    Pair,
     generated_pairs,
     passage_pairs,
     real_pairs,
@@ -166,6 +165,7 @@ def main() -> None:
     arguments = parsed(parser)
     if arguments.data:
         pairs = list(real_pairs(read_collection(arguments.data)))
+        require(parser, pairs)
     else:
         pairs = list(generated_pairs(arguments.resolution, arguments.classes))
     changes, own, same = measure(pairs)

@@ -10,8 +10,6 @@ import os
 import random
 import signal
 import statistics
-import subprocess
-import sys
 import tempfile
 import threading
 import time
@@ -28,7 +26,7 @@ from redis import Redis
 from bench.command_line import command_line, parsed, print_json
 from broker.contracts import ShapeRecord
 from broker.store import DEFAULT_KEYS, connect
-from demo.stack import LISTENS, ROOT
+from demo.stack import running_stack
 from service.standalone import EmbeddedServer
 
 CLIENTS = 4
@@ -91,7 +89,6 @@ def api(folder: Path, server: EmbeddedServer) -> Iterator[str]:
             components=1, closed=True, has_colors=False, warnings=(), created=datetime.now(UTC),
         )  # fmt: skip
         client.set(DEFAULT_KEYS.shape(_SHAPE), shape.model_dump_json(warnings=False))
-    others = {name: to for name, to in os.environ.items() if not name.startswith("ISOMATCH_")}
     settings = {
         "ISOMATCH_REDIS_URL": server.url,
         "ISOMATCH_BLOB_URL": (folder / "blobs").as_uri(),
@@ -99,23 +96,8 @@ def api(folder: Path, server: EmbeddedServer) -> Iterator[str]:
         "ISOMATCH_MAX_QUEUED_JOBS": "0",
         "ISOMATCH_LOG_LEVEL": "CRITICAL",
     }
-    process = subprocess.Popen(
-        [sys.executable, "-m", "service", "--port", "0"],
-        cwd=ROOT,
-        env={**others, **settings},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout is not None
-    try:
-        listens = LISTENS.search(process.stdout.readline())
-        assert listens is not None
-        yield listens.group(1)
-    finally:
-        process.terminate()
-        process.wait()
-        process.stdout.close()
+    with running_stack(settings) as stack:
+        yield stack.url
 
 
 def killed_while_accepting(

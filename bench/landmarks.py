@@ -18,7 +18,7 @@ from isomatch._landmarks import FromTemplate, merged
 from sklearn.metrics import roc_auc_score
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, collection
+from bench.collection import KnownShape, collection, require
 from bench.command_line import command_line, parsed, print_json
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, known_points
@@ -201,7 +201,9 @@ def main() -> None:
     arguments = parsed(parser)
     if arguments.data or arguments.templates > 1:
         shapes = collection(arguments.data, classes=3)
-        tasks = from_classes(shapes, arguments.templates)
+        of_classes = list(from_classes(shapes, arguments.templates))
+        require(parser, of_classes)
+        tasks = iter(of_classes)
     else:
         tasks = generated(arguments.first, arguments.seed)
     options = MatchOptions(dense=True)

@@ -82,11 +82,6 @@ class Cluster:
         self.until(lambda: not self.store.alive(), 60)
         self.store.start()
 
-    def worker_of(self, job: str) -> tuple[subprocess.Popen[str], int]:
-        """Return the worker that runs a job, and the process it forked for it."""
-        (found,) = self.horses_of(job)
-        return found
-
     def horses_of(self, job: str) -> list[tuple[subprocess.Popen[str], int]]:
         """Return the workers that run a job, each with the process it forked for it."""
         return [
@@ -112,22 +107,6 @@ class Cluster:
         shape: str = answer.json()["id"]
         return shape
 
-    def ask(self, shape: str, key: str | None = None, **parameters: object) -> str:
-        """Have a shape matched with itself, and return the job's id."""
-        headers = {} if key is None else {"Idempotency-Key": key}
-        body = {"source": shape, "target": shape, **parameters}
-        answer = self.http.post("/v1/matches", json=body, headers=headers)
-        assert answer.status_code == 202, answer.text
-        job: str = answer.json()["id"]
-        return job
-
-    def learn(self, shapes: list[str], **parameters: object) -> str:
-        """Have a prototype learned, and return the job's id."""
-        answer = self.http.post("/v1/prototypes", json={"shapes": shapes, **parameters})
-        assert answer.status_code == 202, answer.text
-        job: str = answer.json()["id"]
-        return job
-
     def job(self, job: str, wait: float = 0.0) -> dict[str, Any]:
         """Return a job, after it has ended or some seconds."""
         answer = self.http.get(f"/v1/jobs/{job}", params={"wait": wait})
@@ -141,16 +120,6 @@ class Cluster:
         while (record := self.job(job, wait=60))["state"] in ("queued", "running"):
             assert time.monotonic() < deadline, record
         return record
-
-    def until_begun(self, job: str) -> None:
-        """Wait until a job is in the middle of its matching."""
-
-        def begun() -> bool:
-            record = self.job(job)
-            assert record["state"] in ("queued", "running"), record
-            return bool(record["state"] == "running" and record["progress"]["fraction"] >= 0.4)
-
-        self.until(begun, 240)
 
     def until(self, true: Any, seconds: float) -> None:
         """Wait until a condition holds."""

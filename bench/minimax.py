@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from bench.collection import collection
+from bench.collection import collection, require
 from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray, IntArray
 from solver.labelling import Solution
@@ -68,6 +68,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="take every n-th shape only")
     arguments = parsed(parser)
     shapes = [one.shape for one in collection(arguments.data, classes=2)[:: arguments.every]]
+    require(parser, shapes[1:])
     samples = int(np.ceil(1.5 * max(arguments.points)))
     triangle = np.ones((3, 3)) - np.eye(3)
     for solve, _ in _PROBLEMS.values():

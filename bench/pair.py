@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bench.collection import collection, pairs_within_classes
+from bench.collection import collection, pairs_within_classes, require
 from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh
@@ -50,6 +50,7 @@ def main() -> None:
     shapes = collection(arguments.data, 5000)
     pairs = pairs_within_classes(shapes)
     chosen = pairs[:: max(len(pairs) // arguments.most, 1)][: arguments.most]
+    require(parser, chosen)
     times_of(chosen[0][0].shape.mesh, chosen[0][1].shape.mesh, options)  # compiles
     rows = []
     print(f"{'pair':30}{'spectra s':>11}{'cold s':>9}{'warm s':>9}{'cold/sp.':>10}{'warm/sp.':>10}")

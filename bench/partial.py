@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, collection, read_collection
+from bench.collection import KnownShape, Pair, collection, read_collection, require
 from bench.command_line import command_line, parsed, print_json
 from bench.cut import CUTS, HALF, VERTICES, cut_out, generated_part
 from bench.halves import half_pairs
@@ -44,8 +44,6 @@ MEASURES_OF_BOTH = ("margin",)
 
 _COUNT = 12
 """Generated parts by default."""
-
-Pair = tuple[KnownShape, KnownShape]
 
 
 @dataclass(frozen=True)
@@ -230,7 +228,8 @@ def print_row(one: MatchedPart, both: bool) -> None:
         one.probability,
         one.seconds,
     ]
-    print(f"{one.name:42}{one.error:8.4f}" + "".join(f"{figure:7.2f}" for figure in figures))
+    row = "".join(f"{figure:7.2f}" for figure in figures)
+    print(f"{one.name:42}{one.error:8.4f}{row}", flush=True)
 
 
 def figures_of(answers: Sequence[MatchedPart], both: bool) -> dict[str, float]:
@@ -284,6 +283,7 @@ def main() -> None:
     for part, whole in chosen_pairs(arguments):
         answers.append(matched(part, whole, options, arguments.landmarks))
         print_row(answers[-1], both)
+    require(parser, answers)
     found = figures_of(answers, both)
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in found.items()))
     right = np.array([one.error for one in answers]) <= WRONG

@@ -18,23 +18,21 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import Pair, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
-from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error, vertex_errors
 from bench.robust import changed, simplified_to
 from solver.arrays import IntArray
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from solver.shape import Shape
+from synthetic import subdivided
 
 SMALL, LARGE = 5_000, 50_000
 """Numbers of vertices that times are compared at."""
 
 _COMPARED_LARGE = 100
 """Known points compared on large meshes, where distances take long."""
-
-Pair = tuple[KnownShape, KnownShape]
 
 
 @dataclass(frozen=True)
@@ -165,7 +163,7 @@ def _large(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
 def main() -> None:
     """Time the pairs, print a table."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--every", type=int, default=2, help="take every n-th pair only")
+    pair_options(parser, classes=1, every=2)
     parser.add_argument("--large", action="store_true", help="compare sizes, without the peer")
     arguments = parsed(parser)
     if not arguments.large and importlib.util.find_spec("pyFM") is None:
@@ -173,7 +171,7 @@ def main() -> None:
             "bench.peer runs pyFM, which is not installed: `pip install pyfmaps` into the "
             "environment that runs this, or leave it out with --large"
         )
-    pairs = pairs_of_known_truth(collection(arguments.data, SMALL))[:: arguments.every]
+    pairs = known_pairs(parser, arguments, SMALL)
     with threadpool_limits(1):
         run_ours(pairs[0])  # compiles
         figures = by_size(pairs) if arguments.large else beside_the_peer(pairs)

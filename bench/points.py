@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import Pair, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.correspondence import point_errors
 from bench.surface_error import FARTHEST
@@ -21,7 +21,7 @@ from synthetic import CLASSES
 _POINTS = 6, 8, 10, 12, 14, 16, 20, 24, 32
 
 
-def measured(pairs: list[tuple[KnownShape, KnownShape]], options: MatchOptions) -> FloatArray:
+def measured(pairs: list[Pair], options: MatchOptions) -> FloatArray:
     """(P, 6) greatest and mean error, certified, rank, seconds and greatest direct error by pair.
 
     Of the better truth, but for the last. The rank is the coarsest level's, and spectra are known.
@@ -31,7 +31,7 @@ def measured(pairs: list[tuple[KnownShape, KnownShape]], options: MatchOptions) 
         started = time.perf_counter()
         found = match(source.shape, target.shape, options)
         seconds = time.perf_counter() - started
-        errors = np.array(point_errors(source, target, found)) / target.shape.size
+        errors = point_errors(source, target, found)[1]
         greatest, mean = errors.max(axis=1).min(), errors.mean(axis=1).min()
         direct = errors[0].max()
         rows.append((greatest, mean, found.certified, found.levels[0].rank, seconds, direct))
@@ -57,9 +57,7 @@ def main() -> None:
     """Match all pairs within classes with each number of points, print a table."""
     parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, nargs="+", default=_POINTS)
-    parser.add_argument(
-        "--classes", type=int, default=len(CLASSES), help="generated ones, without --data"
-    )
+    pair_options(parser, classes=len(CLASSES))
     parser.add_argument("--both", action="store_true", help="match each pair both ways")
     parser.add_argument(
         "--orientation",
@@ -68,7 +66,7 @@ def main() -> None:
         help="tell left from right",
     )
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
+    pairs = known_pairs(parser, arguments)
     pairs += [(target, source) for source, target in pairs] if arguments.both else []
     for pair in pairs:
         for one in pair:

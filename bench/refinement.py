@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 
-from bench.collection import collection, pairs_of_known_truth
+from bench.collection import known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.surface_error import better_errors
 from solver.gmds import SurfacePoints
@@ -33,13 +33,13 @@ def main() -> None:
     """Match and refine the pairs, print a table."""
     parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=64)
-    parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
+    pair_options(parser, classes=3)
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=3))
+    pairs = known_pairs(parser, arguments)
     options = MatchOptions(points=arguments.points, refine="gmds")
     rows = []
     print(f"{'pair':34}{'matched':>9}{'refined':>9}{'hypothesis':>12}{'match s':>9}{'refine s':>9}")
-    for source, target in pairs[:: arguments.every]:
+    for source, target in pairs:
         source.shape.spectrum()
         target.shape.spectrum()
         started = time.perf_counter()
@@ -51,7 +51,7 @@ def main() -> None:
         there = target.shape.mesh.vertices_of(found.best.target)
         matched = SurfacePoints.at_vertices(target.shape.surface, there)
         before, after = (
-            float(better_errors(source, target, here, points).mean())
+            float(better_errors(source, target, here, points)[1].mean())
             for points in (matched, refined.points)
         )
         refining = found.timings["refinement between vertices"]

@@ -14,9 +14,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.calibration import shown
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
-from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error
 from bench.varied_pairs import AS_IT_IS, KINDS, LOPSIDED, varied_pair
 from solver.arrays import FloatArray, IntArray
@@ -24,7 +23,7 @@ from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, simplified, triangle_mesh, vertex_normals
 from solver.registration.surface import MIRROR
 from solver.shape import Shape
-from synthetic import remeshed
+from synthetic import remeshed, subdivided
 
 REMESHED = "remeshed to 0.6"
 
@@ -210,11 +209,9 @@ def measured(
 def main() -> None:
     """Change the targets of the pairs, print a table."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--every", type=int, default=3, help="take every n-th pair only")
-    parser.add_argument("--classes", type=int, default=2, help="generated ones, without --data")
+    pair_options(parser, classes=2, every=3)
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
-    pairs = pairs[:: arguments.every]
+    pairs = known_pairs(parser, arguments)
     changes = dict(CHANGES)
     if arguments.data:
         del changes[REMESHED]

@@ -12,7 +12,6 @@ from itertools import combinations, islice
 import numpy as np
 from scipy.spatial import KDTree
 
-from bench.holes import with_holes
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, simplified, triangle_mesh, vertex_normals
 from solver.registration.surface import MIRROR
@@ -26,6 +25,7 @@ from synthetic import (
     glued,
     near_in_space,
     noisy,
+    with_holes,
 )
 
 GLUED, APART = 2, 0.6

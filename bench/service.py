@@ -22,7 +22,7 @@ import numpy as np
 from isomatch import Client
 from isomatch import Shape as Uploaded
 
-from bench.collection import KnownShape, collection
+from bench.collection import KnownShape, collection, require
 from bench.command_line import command_line, parsed, print_json
 from broker.contracts import (
     DissimilaritiesPayload,
@@ -47,6 +47,9 @@ from solver.similarity import (
     signature,
 )
 from worker.settings import WorkerSettings
+
+_ROUNDS = 3
+"""Times that each side is measured."""
 
 _shapes: list[Shape] = []
 """What the bare processes inherit."""
@@ -89,7 +92,7 @@ def service_seconds(
     return time.perf_counter() - started, found.matrix
 
 
-def compare_with_service(known: list[KnownShape], rounds: int) -> tuple[float, float]:
+def compare_with_service(known: list[KnownShape]) -> tuple[float, float]:
     """Median seconds of the service and of the bare processes, in turns."""
     times = []
     with running_stack({"ISOMATCH_LOG_LEVEL": "WARNING"}) as stack, Client(stack.url) as client:
@@ -100,11 +103,11 @@ def compare_with_service(known: list[KnownShape], rounds: int) -> tuple[float, f
         with ProcessPoolExecutor(cores()) as pool:
             service_seconds(client, uploaded, options_of(0))
             bare_seconds(pool, options_of(0))
-            for number in range(1, rounds + 1):
+            for number in range(1, _ROUNDS + 1):
                 options = options_of(number)
                 served, _ = service_seconds(client, uploaded, options)
                 times.append((served, bare_seconds(pool, options)))
-            again, _ = service_seconds(client, uploaded, options_of(rounds))
+            again, _ = service_seconds(client, uploaded, options_of(_ROUNDS))
     served, bare = np.median(np.array(times), axis=0)
     print(
         f"{len(known)} shapes, {number_of_pairs(len(known))} pairs, {cores()} cores, spectra known"
@@ -208,11 +211,11 @@ def compare_many(count: int) -> float:
 def main() -> None:
     """Measure, print the tables."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--rounds", type=int, default=3, help="times that each side is measured")
     parser.add_argument("--many", type=int, default=1000, help="made-up shapes; 0 for none")
     arguments = parsed(parser)
     known = collection(arguments.data, 5000, 6)
-    served, bare = compare_with_service(known, arguments.rounds)
+    require(parser, known[1:])
+    served, bare = compare_with_service(known)
     figures = {
         "service_seconds": served,
         "solver_seconds": bare,

@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.command_line import command_line
+from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1, help="seed of the first one")
     parser.add_argument("--variation", type=float, default=0.5, help="in millimetres")
     parser.add_argument("--spacing", type=float, default=0.2, help="of the grid, in millimetres")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     seeds = range(arguments.first, arguments.first + arguments.individuals)
     made = [skull(seed, arguments.variation, arguments.spacing) for seed in seeds]
     shapes = [_shape(one, seed) for seed, one in zip(seeds, made, strict=True)]
@@ -48,8 +48,9 @@ def main() -> None:
         sizes = f"{shapes[i].n_vertices} {shapes[j].n_vertices}"
         figures = "".join(f"{one:8.3f}" for one in (*rows[-1], found.confidence.probability))
         print(f"{f'{seeds[i]} {seeds[j]}':10}{sizes:>16}{figures}{seconds:8.1f}", flush=True)
-    mean, median, far = np.mean(rows, axis=0)
+    mean, median, far = np.mean(rows, axis=0).tolist()
     print(f"\npairs {len(rows)}   mean {mean:.3f} mm   median {median:.3f}   far {far:.3f}")
+    print_json(arguments, {"pairs": len(rows), "mean": mean, "median": median, "far": far})
 
 
 def _shape(one: Skull, seed: int) -> Shape:

@@ -23,12 +23,16 @@ def with_sound_truth(source: KnownShape, target: KnownShape) -> tuple[KnownShape
     Parameters
     ----------
     source, target
-        Shapes of one class with known truth, of which neither lacks a point.
+        Shapes of one class with known truth; points that either lacks are left out too.
 
     Returns
     -------
     Both with the points of the largest part of either surface on which the truth is not torn.
     """
+    assert source.truth is not None
+    assert target.truth is not None
+    shared = (source.truth >= 0) & (target.truth >= 0)
+    source, target = (_with_points(one, shared) for one in (source, target))
     kept = _of_largest_part(source, target) & _of_largest_part(target, source)
     return _with_points(source, kept), _with_points(target, kept)
 

@@ -9,7 +9,6 @@ M⁻¹, relative to the greatest eigenvalue, and the greatest relative differenc
 
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,13 +16,14 @@ from scipy.sparse.linalg import eigsh
 from threadpoolctl import threadpool_limits
 
 from bench.command_line import command_line, parsed, print_json
+from bench.sizes import meshes_by_size, size_options
 from solver.arrays import FloatArray
-from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
+from solver.mesh import TriangleMesh
 from solver.shape.laplacian import laplace_beltrami_spectrum, laplacian
-from synthetic import human
 
 SIZES = 5_000, 10_000, 28_000, 52_000
 EIGENPAIRS = 100
+_REPETITIONS = 3
 
 
 @dataclass(frozen=True)
@@ -39,10 +39,10 @@ class Row:
     residual_scipy: float
 
 
-def compare(mesh: TriangleMesh, repetitions: int) -> Row:
+def compare(mesh: TriangleMesh) -> Row:
     """Compute the eigenpairs of a mesh, scaled to unit area, by both in turn."""
     mesh = mesh.scaled(1.0 / np.sqrt(mesh.area))
-    times = np.empty((repetitions, 2))
+    times = np.empty((_REPETITIONS, 2))
     for row in times:
         started = time.perf_counter()
         ours = laplace_beltrami_spectrum(mesh, EIGENPAIRS)
@@ -77,15 +77,9 @@ def residual(
 def main() -> None:
     """Measure and print a table."""
     parser = command_line(__doc__)
-    parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
-    parser.add_argument("--most", type=int, default=SIZES[-1], help="greatest number of vertices")
-    parser.add_argument("--repetitions", type=int, default=3)
+    size_options(parser, SIZES)
     arguments = parsed(parser)
-    if arguments.mesh:
-        meshes = [read_mesh(arguments.mesh.read_bytes(), arguments.mesh.suffix)]
-    else:
-        bodies = (human(resolution=size) for size in SIZES if size <= arguments.most)
-        meshes = [triangle_mesh(body.vertices, body.faces) for body in bodies]
+    meshes = meshes_by_size(parser, arguments, SIZES)
     print(
         f"{'vertices':>9}{'ours s':>9}{'scipy s':>9}{'ratio':>8}{'eigenvalues':>13}"
         f"{'residual':>11}{'of scipy':>11}"
@@ -93,7 +87,7 @@ def main() -> None:
     rows = []
     with threadpool_limits(1):
         for mesh in meshes:
-            row = compare(mesh, arguments.repetitions)
+            row = compare(mesh)
             rows.append(row)
             print(
                 f"{row.vertices:9}{row.seconds_ours:9.2f}{row.seconds_scipy:9.2f}{row.ratio:8.2f}"

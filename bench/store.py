@@ -2,9 +2,7 @@
 
 Two generated figures are uploaded and matched by real workers. Everything that Redis then keeps of
 the target and of the match is copied under the names of further shapes and jobs, and the growth of
-``used_memory`` is measured. Beside it, in the same server, the same is done as it was kept before
-there was a blob store: with the bytes themselves in place of the references. The spectrum cache,
-which has a budget of its own, is not copied.
+``used_memory`` is measured. The spectrum cache, which has a budget of its own, is not copied.
 """
 
 import tempfile
@@ -19,6 +17,7 @@ from bench.service import workers
 from broker.contracts import JobRecord, MatchParameters, MatchPayload, ValidationPayload, shape_id
 from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Store, text
+from broker.telemetry import configure_logging
 from demo.figures import generate, write_off
 from synthetic import SyntheticShape
 
@@ -95,10 +94,9 @@ def known(store: Store, shape: str, job: str) -> Known:
     return Known(shape, job, references, tuple(sorted(found - set(references))))
 
 
-def copied(store: Store, one: Known, count: int, with_bytes: bool) -> float:
+def copied(store: Store, one: Known, count: int) -> float:
     """Copy what is known so many times; return the growth of Redis in bytes for each copy."""
     client = store.client
-    contents = {key: store.blobs.get(key) for key in one.references} if with_bytes else {}
     before = used(store)
     made: list[str] = []
     for start in range(0, count, _IN_ONE_GO):
@@ -108,10 +106,7 @@ def copied(store: Store, one: Known, count: int, with_bytes: bool) -> float:
                 for key in (*one.references, *one.others):
                     name = key.replace(one.shape, shape).replace(one.job, job)
                     made.append(name)
-                    if with_bytes and key in contents:
-                        pipe.set(name, contents[key] or b"", ex=10**6)
-                    else:
-                        pipe.copy(key, name)
+                    pipe.copy(key, name)
                 now = time.time()
                 pipe.zadd(DEFAULT_KEYS.shapes, {shape: now})
                 for listing in (DEFAULT_KEYS.jobs, DEFAULT_KEYS.jobs_in("succeeded")):
@@ -139,23 +134,20 @@ def main() -> None:
     parser = command_line(__doc__)
     parser.add_argument("--vertices", type=int, default=50_000, help="of a shape")
     parser.add_argument("--shapes", type=int, default=10_000, help="copies, each with a result")
-    parser.add_argument("--before", type=int, default=50, help="copies with bytes in Redis")
     parser.add_argument("--sparse", action="store_true", help="matches without dense maps")
     arguments = parsed(parser)
+    configure_logging("WARNING", process="bench")
     with workers() as queue:
         one = matched(queue, arguments.vertices, not arguments.sparse)
-        before = copied(queue.store, one, arguments.before, with_bytes=True)
-        after = copied(queue.store, one, arguments.shapes, with_bytes=False)
+        each = copied(queue.store, one, arguments.shapes)
     for key, size in one.references.items():
         print(f"{key.split(':')[1]:8}{key.rpartition(':')[2]:16}{size / 1e6:10.3f} MB")
     blobs = sum(one.references.values())
-    total = after * arguments.shapes / 1e6
-    print(f"\n{arguments.shapes} shapes of {arguments.vertices} vertices, a match each, in Redis:")
-    print(f"{'with blobs, measured':40}{total:10.1f} MB, {after:.0f} bytes each")
-    foreseen = before * arguments.shapes / 1e6
-    print(f"{f'before, from {arguments.before} times {arguments.shapes}':40}{foreseen:10.1f} MB")
+    total = each * arguments.shapes / 1e6
+    print(f"\n{arguments.shapes} shapes of {arguments.vertices} vertices, a match each:")
+    print(f"{'in Redis, measured':40}{total:10.1f} MB, {each:.0f} bytes each")
     print(f"{'in the blob store':40}{blobs * arguments.shapes / 1e6:10.1f} MB")
-    figures = {"megabytes": total, "bytes_each": after, "before_bytes_each": before}
+    figures = {"megabytes": total, "bytes_each": each}
     print_json(arguments, {**figures, "blob_bytes_each": blobs})
 
 

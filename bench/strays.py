@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 
 from bench.calibration import PROBABLY_RIGHT
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from bench.dense import judged
 from solver.arrays import FloatArray, IntArray
@@ -198,14 +198,13 @@ def main() -> None:
     """Scan a shape of each pair in all ways, match the pairs, print a table."""
     parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=32, help="matched before")
-    parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
-    parser.add_argument("--classes", type=int, default=1, help="generated ones, without --data")
+    pair_options(parser, classes=1)
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
+    pairs = known_pairs(parser, arguments)
     options = MatchOptions(points=arguments.points, dense=True)
     answers: dict[str, list[ScanAnswer]] = {name: [] for name in CONDITIONS}
     print(f"{'pair':40}{'scan':>12}{'mean':>10}{'lost':>8}{'sure':>8}{'seconds':>9}")
-    for number, pair in enumerate(pairs[:: arguments.every]):
+    for number, pair in enumerate(pairs):
         for name, condition in CONDITIONS.items():
             scans = [replace(one, shape=Shape(one.shape.mesh)) for one in pair]
             scans[number % 2] = scanned(pair[number % 2], condition, number)

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial import KDTree
 
+from bench.collection import Pair
 from bench.correspondence import mean_errors
-from bench.transformed import Pair
 from solver.arrays import FloatArray, IntArray
 from solver.matching import Level, MatchOptions, SampledStructure, match
 from solver.optimisation.exact import m_best_solutions

@@ -3,33 +3,41 @@
 import numpy as np
 
 from bench.collection import KnownShape
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.gmds import SurfacePoints
 
 FARTHEST = 0.25
 """Error over √area up to which a point is on the right part of the shape."""
 
 
-def truths_of(source: KnownShape, target: KnownShape, vertices: IntArray) -> list[IntArray]:
+def truths_of(
+    source: KnownShape, target: KnownShape, vertices: IntArray
+) -> tuple[BoolArray, list[IntArray]]:
     """True correspondents of vertices of one shape on another.
 
     Parameters
     ----------
     source, target
-        Shapes of one class, both with known truth.
+        Shapes of one class, both with known truth; -1 stands for a point that a shape lacks.
     vertices
         (N,) vertex indices of the source. The truth is that of the nearest known point.
 
     Returns
     -------
-    One or two arrays of (N,) vertex indices of the target: direct, and mirrored if known.
+    kept
+        (N,) whether the target has the partner.
+    truths
+        One or two arrays of (K,) vertex indices of the target, of the K vertices that are kept:
+        direct, and mirrored if known.
     """
     assert source.truth is not None
+    here = np.flatnonzero(source.truth >= 0)
     # Along the surface: where a hand touches a thigh, the nearest point in space may be on that.
-    between = source.shape.metric("geodesic").distances(vertices)[:, source.truth]
-    nearest = between.argmin(axis=1)
-    known = target.truth, target.symmetric_truth
-    return [truth[nearest] for truth in known if truth is not None]
+    between = source.shape.metric("geodesic").distances(vertices)[:, source.truth[here]]
+    nearest = here[between.argmin(axis=1)]
+    known = [one for one in (target.truth, target.symmetric_truth) if one is not None]
+    kept = np.all([truth[nearest] >= 0 for truth in known], axis=0)
+    return kept, [truth[nearest[kept]] for truth in known]
 
 
 def surface_errors(target: KnownShape, points: SurfacePoints, truth: IntArray) -> FloatArray:
@@ -71,7 +79,12 @@ def corner_errors(
 
 def better_errors(
     source: KnownShape, target: KnownShape, vertices: IntArray, points: SurfacePoints
-) -> FloatArray:
-    """(N,) errors against the direct or the mirrored truth, whichever is nearer on average."""
-    errors = [surface_errors(target, points, t) for t in truths_of(source, target, vertices)]
-    return min(errors, key=lambda one: float(one.mean()))
+) -> tuple[BoolArray, FloatArray]:
+    """(K,) errors against the direct or the mirrored truth, whichever is nearer on average.
+
+    Of those of the N vertices whose partner the target has; (N,) which these are comes first.
+    """
+    kept, truths = truths_of(source, target, vertices)
+    points = SurfacePoints(points.faces[kept], points.barycentric[kept])
+    errors = [surface_errors(target, points, truth) for truth in truths]
+    return kept, min(errors, key=lambda one: float(one.mean()))

@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_within_classes
+from bench.collection import KnownShape, collection, pairs_within_classes, require
 from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
 from solver.mesh import surface_tree
@@ -105,8 +105,7 @@ def main() -> None:
     pairs = pairs_within_classes(shapes)
     if arguments.across:
         pairs = [(a, b) for a, b in combinations(shapes, 2) if a.category != b.category]
-    if not pairs:
-        parser.error("no pair: --data is a folder of meshes, of a class each up to its first digit")
+    require(parser, pairs)
     heads = "mean", "max", "centres", "flipped", "moved", "seconds", "sure"
     print(f"{'pair':40}" + "".join(f"{head:>10}" for head in heads))
     found = []

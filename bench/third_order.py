@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options, require
 from bench.command_line import command_line, parsed, print_json
 from bench.surface_error import FARTHEST, truths_of
 from solver.arrays import IntArray
@@ -85,12 +85,10 @@ def least_energy(
     control = Control().within(_SECONDS)
     found = minimise(problem, search_seconds=_SECONDS, control=control)
     seconds = time.perf_counter() - started
-    distances = target.shape.metric("geodesic").distances(samples[1][found.answer])
-    rows = np.arange(size[0])
-    errors = [
-        float(distances[rows, truth].mean()) / target.shape.size
-        for truth in truths_of(source, target, samples[0])
-    ]
+    kept, truths = truths_of(source, target, samples[0])
+    distances = target.shape.metric("geodesic").distances(samples[1][found.answer[kept]])
+    rows = np.arange(len(distances))
+    errors = [float(distances[rows, truth].mean()) / target.shape.size for truth in truths]
     return Proven(errors[0], errors[1], found.certified, seconds)
 
 
@@ -110,26 +108,25 @@ def figures_of(rows: list[Proven]) -> dict[str, float]:
 def main() -> None:
     """Measure the pairs, print the tables."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--classes", type=int, default=6, help="generated classes, without --data")
+    pair_options(parser, classes=6)
     parser.add_argument("--points", type=int, default=12)
     parser.add_argument("--targets", type=int, default=48, help="samples of the target")
     parser.add_argument("--metric", default=VARADHAN)
     parser.add_argument("--weights", type=float, nargs="+", default=[0.0, 0.03])
-    parser.add_argument("--every", type=int, default=1, help="measure every n-th pair")
     arguments = parsed(parser)
-    shapes = collection(arguments.data, classes=arguments.classes)
     pairs = [
         (source, target)
-        for source, target in pairs_of_known_truth(shapes)
+        for source, target in known_pairs(parser, arguments)
         if target.symmetric_truth is not None
-    ][:: arguments.every]
+    ]
+    require(parser, pairs)
     for shape in {id(shape): shape for pair in pairs for shape in pair}.values():
         shape.shape.spectrum()
     maps = []
     for source, target in pairs:
         samples = source.shape.sampling("commute_time", arguments.points).indices
-        truths = truths_of(source, target, samples)
-        maps.append([distortion(source, target, samples, truth) for truth in truths])
+        kept, truths = truths_of(source, target, samples)
+        maps.append([distortion(source, target, samples[kept], truth) for truth in truths])
     direct, mirrored = np.array(maps).T
     print(f"{len(pairs)} pairs; third-order distortion of the true maps, median and greatest")
     print(f"  direct {np.median(direct):.2f} {direct.max():.2f}", end="")

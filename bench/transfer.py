@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.collection import KnownShape, known_pairs, pair_options
 from bench.command_line import command_line, parsed, print_json
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import MatchOptions, match
@@ -173,15 +173,14 @@ def _by_file(known: KnownShape, values: np.ndarray, missing: float) -> np.ndarra
 def main() -> None:
     """Carry values along the maps of the pairs, print a table."""
     parser = command_line(__doc__, data=True)
-    parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
-    parser.add_argument("--classes", type=int, default=1, help="generated ones, without --data")
+    pair_options(parser, classes=1)
     parser.add_argument("--segments", type=int, default=SEGMENTS, help="segments of a shape")
     arguments = parsed(parser)
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
+    pairs = known_pairs(parser, arguments)
     heads = "forwards", "backwards", "loss", "uncovered", "faces", "faces_back"
     print(f"{'pair':40}" + "".join(f"{head:>11}" for head in heads))
     rows = []
-    for source, target in pairs[:: arguments.every]:
+    for source, target in pairs:
         found = match(source.shape, target.shape, MatchOptions(dense=True))
         assert found.dense is not None
         carried = judged(source, target, found.dense, arguments.segments)

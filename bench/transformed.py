@@ -7,8 +7,7 @@ from itertools import islice
 import numpy as np
 from scipy.spatial import KDTree
 
-from bench.collection import KnownShape
-from bench.holes import with_holes
+from bench.collection import KnownShape, Pair
 from bench.symmetry import mirrored_vertices
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
@@ -23,6 +22,7 @@ from synthetic import (
     painted,
     remeshed,
     scaled,
+    with_holes,
 )
 
 BENDING, TOPOLOGY, HOLES, SCALE, NOISE, REMESHING = TRANSFORMATIONS = (
@@ -46,8 +46,6 @@ NOISE_EDGES = 0.2
 """Standard deviation of the noise along the normals, in mean lengths of edges."""
 REMESHED_SHARE = 0.8
 """Vertices of the new triangulation per vertex of the old one."""
-
-Pair = tuple[KnownShape, KnownShape]
 
 
 def generated_pairs(resolution: int, classes: int) -> Iterator[tuple[str, Pair]]:

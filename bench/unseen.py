@@ -22,7 +22,7 @@ from matplotlib.figure import Figure as Drawing
 from scipy.spatial import KDTree
 
 from bench.bodies import Body, generated_animals, generated_humans, real_bodies, unit
-from bench.collection import KnownShape, read_collection
+from bench.collection import KnownShape, known_of_classes, read_collection
 from bench.command_line import command_line, parsed, print_json
 from bench.conditions import CONDITIONS, scanned
 from bench.drawing import Matched, draw_pair, save
@@ -131,7 +131,8 @@ def foreign(prototype: Prototype, shapes: Sequence[KnownShape], own: str) -> dic
     """Print how much whole classes misfit, and of which shapes that is told."""
     print(f"\n{'misfit to the ' + own:28}{'least':>9}{'most':>9}{'told':>9}")
     figures = {}
-    for category, members in groupby(shapes, key=lambda one: one.category):
+    ordered = sorted(shapes, key=lambda one: one.category)
+    for category, members in groupby(ordered, key=lambda one: one.category):
         answers = [match_prototype(prototype, Shape(unit(one.shape.mesh))) for one in members]
         misfits = [np.nan if one.misfit is None else one.misfit for one in answers]
         told = float(np.mean(np.array(misfits) > prototype.greatest_misfit))
@@ -163,6 +164,8 @@ def main() -> None:
         "--condition", action="append", choices=CONDITIONS, help="one of them; may be repeated"
     )
     arguments = parsed(parser)
+    shapes = read_collection(arguments.data) if arguments.data else []
+    known = known_of_classes(parser, shapes, (*_HUMANS, *_ANIMALS)) if arguments.data else []
     conditions = arguments.condition or list(CONDITIONS)
     learned = {}
     for name, make in (("humans", human_family), ("animals", quadruped_family)):
@@ -178,12 +181,11 @@ def main() -> None:
         clean = {body.name: [judged(prototype, body, CLEAN)] for body in several}
         figures[f"{name}_clean"] = table(f"generated {name}", clean)
         figures[name] = examined(f"generated {name}", prototype, several, conditions)
-    if arguments.data:
-        shapes = sorted(read_collection(arguments.data), key=lambda one: one.category)
+    if known:
         drawn = {}
         for category in (*_HUMANS, *_ANIMALS):
             prototype = learned["humans" if category in _HUMANS else "animals"][0]
-            poses = [one for one in shapes if one.category == category and one.truth is not None]
+            poses = [one for one in known if one.category == category]
             if not poses:
                 continue
             real = real_bodies(prototype, poses)

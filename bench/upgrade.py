@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from bench.command_line import command_line
+from bench.command_line import command_line, parsed, print_json
 from bench.machines import Cluster, end, running_cluster
 from demo.figures import generate, write_off
 from demo.stack import ROOT
@@ -35,13 +35,14 @@ def main() -> int:
         metavar="JSON",
         help="parameters of a match that only this version knows",
     )
-    options = parser.parse_args()
-    failed = 0
+    options = parsed(parser)
+    failed: dict[str, int] = {}
     with checkout(options.before) as before:
         for order in ("workers", "API"):
             print(f"{order} first")
-            failed += _upgrade(before, order == "workers", options.newer)
-    return 1 if failed else 0
+            failed[f"{order}_first"] = _upgrade(before, order == "workers", options.newer)
+    print_json(options, {"failed": failed})
+    return 1 if any(failed.values()) else 0
 
 
 @contextmanager

@@ -13,7 +13,6 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
-from bench.holes import with_holes
 from bench.humans import UNUSUAL, USUAL, random_pose, random_proportions
 from bench.quadrupeds import mixture
 from solver.arrays import FloatArray, IntArray
@@ -29,6 +28,7 @@ from synthetic import (
     near_in_space,
     noisy,
     transferred,
+    with_holes,
 )
 from synthetic.animal_poses import CENTAUR_POSES, GORILLA_POSES, QUADRUPED_POSES
 from synthetic.centaur import centaur_figure

@@ -8,11 +8,9 @@ from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
+from solver.registration.surface import MIRROR
 from solver.shape.geodesics import GeodesicGraph
 from synthetic import HumanProportions, SyntheticShape, human
-
-ACROSS = np.array([-1.0, 1.0, 1.0])
-"""Takes a point of the resting figure to its mirror image."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Figures:
         distances = GeodesicGraph(mesh).distances(pairs[:, 1]) / np.sqrt(mesh.area)
         rows = np.arange(len(pairs))
         direct = distances[rows, nearest.query(start)[1]]
-        mirrored = distances[rows, nearest.query(start * ACROSS)[1]]
+        mirrored = distances[rows, nearest.query(start * MIRROR)[1]]
         return direct, mirrored
 
 
@@ -63,9 +61,9 @@ def generate(vertices: int, proportions: HumanProportions | None = None) -> Figu
     )
 
 
-def write_off(path: Path, shape: SyntheticShape) -> None:
-    """Write a shape as an OFF file."""
+def write_off(path: Path, shape: SyntheticShape, number: str = "%.9g") -> None:
+    """Write a shape as an OFF file, coordinates in a format of C."""
     with path.open("w") as file:
         file.write(f"OFF\n{len(shape.vertices)} {len(shape.faces)} 0\n")
-        np.savetxt(file, shape.vertices, fmt="%.9g")
+        np.savetxt(file, shape.vertices, fmt=number)
         np.savetxt(file, np.insert(shape.faces, 0, 3, axis=1), fmt="%d")

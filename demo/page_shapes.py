@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-import numpy as np
-
+from demo.figures import write_off
 from synthetic import articulated
 
 FOLDER = Path(__file__).resolve().parents[1] / "service" / "page" / "static" / "shapes"
@@ -23,10 +22,7 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     for seed, (category, pose, vertices) in enumerate(SHAPES):
         shape = articulated(category, pose, vertices, seed)
-        with (FOLDER / f"{category}-{pose}.off").open("w") as file:
-            file.write(f"OFF\n{len(shape.vertices)} {len(shape.faces)} 0\n")
-            np.savetxt(file, shape.vertices, fmt="%.4f")
-            np.savetxt(file, np.insert(shape.faces, 0, 3, axis=1), fmt="%d")
+        write_off(FOLDER / f"{category}-{pose}.off", shape, "%.4f")
 
 
 if __name__ == "__main__":

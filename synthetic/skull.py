@@ -9,11 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from skimage.measure import marching_cubes
 
 from solver.arrays import FloatArray, IntArray
+from solver.mesh import components_of
 
 SKULL_LENGTH = 22.0
 """Millimetres from the teeth to the back of the template."""
@@ -150,13 +149,9 @@ def _noise(rng: np.random.Generator, shape: tuple[int, ...], width: float) -> Fl
 
 
 def _largest_component(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    edges = np.concatenate([faces[:, :2], faces[:, 1:]])
-    n = len(vertices)
-    joined = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
-    _, labels = connected_components(joined, directed=False)
-    kept = labels == np.bincount(labels).argmax()
-    number = np.cumsum(kept) - 1
-    return vertices[kept], number[faces[kept[faces].all(axis=1)]]
+    labels = components_of(np.concatenate([faces[:, :2], faces[:, 1:]]), len(vertices))
+    kept = np.flatnonzero(labels == np.bincount(labels).argmax())
+    return vertices[kept], np.searchsorted(kept, faces[np.isin(faces[:, 0], kept)])
 
 
 def _ellipsoid(

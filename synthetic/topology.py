@@ -38,6 +38,46 @@ def punched(mesh: TriangleMesh, centres: IntArray, radius: float) -> Transformed
     return _rebuilt(mesh, mesh.faces[~gone])
 
 
+def with_holes(
+    mesh: TriangleMesh, count: int, radius: float, seed: int = 0, least: int | None = None
+) -> Transformed:
+    """Punch holes at random places, where one of that size does not cut a limb off.
+
+    Parameters
+    ----------
+    mesh
+        A closed surface.
+    count
+        Number of holes.
+    radius
+        Their geodesic radius.
+    seed
+        Chooses the places.
+    least
+        Number of holes that will do where no more fit; `count` by default.
+
+    Raises
+    ------
+    ValueError
+        The surface is too thin for so many.
+    """
+    every = np.arange(mesh.n_vertices)
+    found = Transformed(mesh, every, np.ones(mesh.n_vertices, dtype=np.bool_))
+    centres: list[int] = []
+    for centre in np.random.default_rng(seed).permutation(mesh.n_vertices):
+        try:
+            tried = punched(mesh, np.array([*centres, centre]), radius)
+        except ValueError:
+            continue
+        if tried.mesh.components == 1:
+            centres, found = [*centres, int(centre)], tried
+        if len(centres) == count:
+            return found
+    if len(centres) < (count if least is None else least):
+        raise ValueError("the surface is too thin for holes of that size")
+    return found
+
+
 def glued(mesh: TriangleMesh, pairs: IntArray, radius: float | None = None) -> Transformed:
     """Glue a surface to itself: each pair of discs is replaced by a tube between their rims.
 
@@ -77,6 +117,28 @@ def glued(mesh: TriangleMesh, pairs: IntArray, radius: float | None = None) -> T
             rims.append(rim)
         tubes.append(_tube(mesh.vertices, rims[0], rims[1]))
     return _rebuilt(mesh, np.concatenate([mesh.faces[~gone], *tubes]))
+
+
+def submesh(mesh: TriangleMesh, kept: BoolArray) -> tuple[IntArray, TriangleMesh]:
+    """Cut a part out of a surface.
+
+    Parameters
+    ----------
+    mesh
+        Any mesh.
+    kept
+        (F,) which of its faces.
+
+    Returns
+    -------
+    vertices
+        (n,) vertices of these faces, ascending.
+    part
+        The mesh of them.
+    """
+    faces = mesh.faces[kept]
+    vertices = np.unique(faces)
+    return vertices, triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
 
 
 def near_in_space(mesh: TriangleMesh, count: int, apart: float, candidates: int = 300) -> IntArray:

@@ -84,7 +84,7 @@ def remeshed(mesh: TriangleMesh, resolution: int, seed: int = 0) -> Transformed:
     surface = NearestSurface(mesh)
     vertices, faces = mesh.vertices, mesh.faces
     while len(vertices) < 2 * resolution:
-        vertices, faces = _subdivided(vertices, faces)
+        vertices, faces = subdivided(vertices, faces)
     while len(vertices) > resolution:
         before = len(vertices)
         count = max(resolution, before * 2 // 3)
@@ -108,8 +108,8 @@ def _with_vertices(mesh: TriangleMesh, vertices: FloatArray) -> Transformed:
     return Transformed(moved, every, np.ones(mesh.n_vertices, dtype=np.bool_))
 
 
-def _subdivided(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Split every triangle of a closed surface into four, at the midpoints of its edges."""
+def subdivided(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Split every triangle into four at the midpoints of its edges, which follow the vertices."""
     n = len(vertices)
     tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     keys = np.minimum(tail, head) * n + np.maximum(tail, head)

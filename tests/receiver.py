@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
 
+from tests.waiting import until
+
 
 @dataclass(frozen=True)
 class Received:
@@ -41,10 +43,7 @@ class Receiver:
 
     def wait(self, count: int, seconds: float = 240.0) -> list[Received]:
         """Wait until so many requests came in."""
-        deadline = time.monotonic() + seconds
-        while len(self.received) < count:
-            assert time.monotonic() < deadline, self.received
-            time.sleep(0.01)
+        until(lambda: len(self.received) >= count, seconds, pause=0.01)
         return self.received
 
 

@@ -3,20 +3,22 @@
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from rq import Worker
 
-from broker.contracts import JobRecord, Payload, ValidationPayload, shape_id
+from broker.contracts import JobRecord, JobState, Payload, ValidationPayload, shape_id
 from broker.queue import JobQueue
 from broker.store import Store
 from service.standalone import EmbeddedServer, WorkerPool
 from tests.blobs import blob_url
+from tests.waiting import until
 from worker.settings import WorkerSettings
 
+Upload = Callable[..., str]
 WORKERS = 2
 
 
@@ -57,10 +59,7 @@ def served(server: EmbeddedServer, tmp_path_factory: pytest.TempPathFactory) -> 
     queue = JobQueue(opened, settings)
     pool = WorkerPool(WORKERS, server.url, blobs)
     pool.start()
-    deadline = time.monotonic() + 540
-    while queue.workers() < WORKERS and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert queue.workers() == WORKERS
+    until(lambda: queue.workers() == WORKERS, 540.0, pause=0.05)
     yield queue
     pool.stop()
     opened.close()
@@ -91,30 +90,59 @@ def upload(served: JobQueue) -> Callable[..., str]:
 
 def ended(queue: JobQueue, job_id: str, seconds: float = 240.0) -> JobRecord:
     """Wait for the end of a job."""
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
+
+    def found() -> JobRecord | None:
         record = queue.store.jobs.get(job_id)
         assert record is not None
-        if record.state.ended:
-            return record
-        time.sleep(0.02)
-    raise AssertionError(f"{record} did not end")
+        return record if record.state.ended else None
+
+    return until(found, seconds)
 
 
 def nothing_is_left(store: Store, *words: str) -> None:
     """Wait until no key has all these words: an upload is deleted when its job has failed."""
-    deadline = time.monotonic() + 60
-    while left := [
-        key for key in store.client.keys("*") if all(word.encode() in key for word in words)
-    ]:
-        assert time.monotonic() < deadline, left
-        time.sleep(0.01)
+    until(
+        lambda: all(
+            any(word.encode() not in key for word in words) for key in store.client.keys("*")
+        ),
+        60.0,
+        pause=0.01,
+    )
 
 
 def horses(worker: int) -> list[int]:
     """Processes that a worker has forked; Linux only."""
     children = Path(f"/proc/{worker}/task/{worker}/children").read_text()
     return [int(pid) for pid in children.split()]
+
+
+def horse_of(served: JobQueue, job_id: str) -> int:
+    """The process that runs a job, once its matching has started."""
+
+    def found() -> int | None:
+        record = served.store.jobs.get(job_id)
+        assert record is not None
+        assert not record.state.ended, record
+        if record.state is JobState.RUNNING and record.progress.fraction >= 0.4:
+            for worker in Worker.all(connection=served.store.client):
+                if worker.get_current_job_id() == job_id:
+                    assert worker.pid is not None
+                    # One that was killed may still be spoken of.
+                    if alive := horses(worker.pid):
+                        return alive[0]
+        return None
+
+    return until(found, pause=0.01)
+
+
+def another_horse(served: JobQueue, job_id: str, killed: int) -> int:
+    """The process that runs a job after another one was killed."""
+
+    def found() -> int | None:
+        horse = horse_of(served, job_id)
+        return None if horse == killed else horse
+
+    return until(found, pause=0.01)
 
 
 def validation(queue: JobQueue, data: bytes) -> str:

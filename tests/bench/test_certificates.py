@@ -11,8 +11,8 @@ from bench.certificates import Certificate, figures_of, instance_certificate
 def test_figures() -> None:
     certificates = [
         Certificate("a b", 4, 6, 24, 1.0, 1.0, 0.0, 0.1, 1.0, 20.0),
-        Certificate("a c", 6, 4, 24, 2.0, 1.0, 5e-3, 0.3, 1.0, math.nan),
-        Certificate("b c", 4, 4, 16, 1.0, 0.9, 0.2, 0.2, 2.0, math.nan),
+        Certificate("a c", 6, 4, 24, 2.0, 1.0, 5e-3, 0.3, 1.0, None),
+        Certificate("b c", 4, 4, 16, 1.0, 0.9, 0.2, 0.2, 2.0, None),
     ]
     figures = figures_of(certificates)
     assert figures["share_1e4"] == pytest.approx(1 / 3)
@@ -21,7 +21,7 @@ def test_figures() -> None:
     assert figures["worst_gap"] == 0.2
     assert figures["answers_of_least_energy"] == pytest.approx(1 / 3)
     assert figures["most_megabytes"] == 20.0
-    assert figures["peak_megabytes"] > 20.0
+    assert (figures["peak_megabytes"] or 0.0) > 20.0
     assert figures["median_candidates"] == 24
     # 6! / 2! = 360 injective maps of four points into six; of six into four as many partial ones.
     assert figures["median_digits"] == pytest.approx(math.log10(360))
@@ -33,4 +33,5 @@ def test_an_instance_is_solved_over_all_its_assignments(tmp_path: Path) -> None:
     found = instance_certificate(path, 10.0, memory=True)
     assert (found.points, found.target_points, found.candidates) == (2, 3, 4)
     assert (found.answer, found.energy, found.gap) == (-5.0, -5.0, 0.0)
+    assert found.megabytes is not None
     assert found.megabytes > 0.0

@@ -81,7 +81,6 @@ def test_features_are_read_as_they_were_written(tmp_path: Path) -> None:
     assert names == ["fit", "reach"]
     assert measures.tolist() == [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]] * 2
     assert right.tolist() == [True, False, False] * 2
-    assert len(load_features([path], different=False)[1]) == 2
     names, measures, _ = load_features([path], chosen=["fit"])
     assert (names, measures.ravel().tolist()) == (["fit"], [1.0, 3.0, 5.0, 7.0])
     save_features(tmp_path / "other.npz", [answer("people", 0.02, 0.9, other=1.0)])

@@ -7,6 +7,8 @@ import pytest
 
 from bench.collection import KnownShape
 from bench.map_error import WITHIN, error_figures, image_error, known_points
+from bench.surface_error import better_errors, truths_of
+from solver.gmds import SurfacePoints
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 
@@ -62,6 +64,18 @@ def test_points_that_a_shape_lacks_are_left_out() -> None:
     assert vertices.tolist() == [0, 3]
     assert direct.tolist() == [5, 2]
     assert mirrored.tolist() == [4, 3]
+
+
+def test_vertices_whose_partner_is_lacking_are_left_out() -> None:
+    source, target = known([-1, 0, 2, 5]), known([5, 4, -1, 2], [4, 1, 0, 3])
+    kept, (direct, mirrored) = truths_of(source, target, np.array([0, 2, 5]))
+    assert kept.tolist() == [True, False, True]
+    assert direct.tolist() == [4, 2]
+    assert mirrored.tolist() == [1, 3]
+    points = SurfacePoints.at_vertices(OCTAHEDRON, np.array([4, 2, 2]))
+    shown, errors = better_errors(source, target, np.array([0, 2, 5]), points)
+    assert shown.tolist() == kept.tolist()
+    assert errors.tolist() == [0.0, 0.0]
 
 
 def test_figures_average_over_pairs() -> None:

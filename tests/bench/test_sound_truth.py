@@ -29,3 +29,15 @@ def test_points_whose_partners_lie_elsewhere_are_left_out() -> None:
     assert known.symmetric_truth is not None
     kept = with_sound_truth(known, known)[0]
     np.testing.assert_array_equal(kept.truth, every)
+
+
+def test_points_that_a_shape_lacks_are_left_out() -> None:
+    shape = Shape(icosphere(3))
+    every = np.arange(shape.mesh.n_vertices)
+    lacking = np.where(every < 5, -1, every)
+    whole = KnownShape("whole", "one", shape, every, every)
+    part = KnownShape("part", "one", shape, lacking, None)
+    for pair in ((whole, part), (part, whole)):
+        for found in with_sound_truth(*pair):
+            assert found.truth is not None
+            np.testing.assert_array_equal(found.truth, every[5:])

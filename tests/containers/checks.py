@@ -25,6 +25,8 @@ from tests.containers.engine import Engine, running_engine
 from tests.containers.images import build, provide_bases
 from tests.containers.installation import PASSWORD, PORT, SETTINGS, Installation
 from tests.containers.manifests import ROOT
+from tests.requests import ask, upload
+from tests.waiting import until
 from tests.worker.figures import blob_file
 
 LONG: dict[str, Any] = {"points": 96, "alternatives": 16}
@@ -64,7 +66,7 @@ def service(images: Engine) -> Iterator[Installation]:
 
 @pytest.fixture(scope="module")
 def shape(service: Installation) -> str:
-    return service.upload(blob_file(4))
+    return upload(service.http, blob_file(4))
 
 
 def run_docs(service: Installation, title: str, folder: Path) -> None:
@@ -132,12 +134,12 @@ def test_containers_are_confined(service: Installation) -> None:
 def test_health_checks(service: Installation) -> None:
     for name in ("api", "worker", "queue", "cache"):
         for container in service.containers(name):
-            service.until(partial(service.healthy, container), 90)
+            until(partial(service.healthy, container), 90, pause=0.1)
 
 
 def test_a_match(service: Installation) -> None:
-    source, target = service.upload(blob_file(3)), service.upload(blob_file(3, seed=1))
-    result = service.result(service.ask(source, target, points=16))
+    source, target = upload(service.http, blob_file(3)), upload(service.http, blob_file(3, seed=1))
+    result = service.result(ask(service.http, source, target, points=16))
     pairs = [(pair["source"], pair["target"]) for pair in result["correspondences"]]
     assert len(pairs) == 16
     # The target is the source, turned and moved: vertices correspond to themselves.
@@ -146,12 +148,12 @@ def test_a_match(service: Installation) -> None:
 
 
 def test_a_worker_is_killed(service: Installation, shape: str) -> None:
-    undisturbed = service.result(service.ask(shape, shape, **LONG))
-    job, waiting = service.ask(shape, shape, **LONG), service.ask(shape, shape, **QUICK)
+    undisturbed = service.result(ask(service.http, shape, **LONG))
+    job, waiting = ask(service.http, shape, **LONG), ask(service.http, shape, **QUICK)
     victim = service.until_begun(job)
     service.engine.docker("kill", victim)
     start = time.monotonic()
-    service.until(lambda: service.began(job) != [], RECOVERY)
+    until(lambda: service.began(job) != [], RECOVERY, pause=0.1)
     print("taken over after", round(time.monotonic() - start, 1), "s")
     assert service.result(job)["correspondences"] == undisturbed["correspondences"]
     service.result(waiting)
@@ -159,7 +161,7 @@ def test_a_worker_is_killed(service: Installation, shape: str) -> None:
 
 
 def test_a_worker_is_stopped(service: Installation, shape: str) -> None:
-    job = service.ask(shape, shape, **LONG)
+    job = ask(service.http, shape, **LONG)
     leaving = service.until_begun(job)
     with ThreadPoolExecutor(1) as threads:
         stopped = threads.submit(service.engine.docker, "stop", "--time", "120", leaving)
@@ -188,21 +190,21 @@ def test_a_worker_that_warms_up_is_stopped_at_once(images: Engine) -> None:
 
 
 def test_the_cache_is_restarted(service: Installation, shape: str) -> None:
-    expected = service.result(service.ask(shape, shape, **QUICK))
+    expected = service.result(ask(service.http, shape, **QUICK))
     before = service.spectra_computed()
-    job = service.ask(shape, shape, **LONG)
+    job = ask(service.http, shape, **LONG)
     service.until_begun(job)
     service.compose("restart", "cache")
     service.result(job)
-    again = service.result(service.ask(shape, shape, **QUICK))
+    again = service.result(ask(service.http, shape, **QUICK))
     assert again["correspondences"] == expected["correspondences"]
     assert service.spectra_computed() > before, "it was computed again"
 
 
 def test_the_queue_is_killed(service: Installation, shape: str) -> None:
-    jobs = [service.ask(shape, shape, **LONG), service.ask(shape, shape, **QUICK)]
+    jobs = [ask(service.http, shape, **LONG), ask(service.http, shape, **QUICK)]
     service.until_begun(jobs[0])
-    jobs += [service.ask(shape, shape, points=12) for _ in range(4)]
+    jobs += [ask(service.http, shape, points=12) for _ in range(4)]
     (queue,) = service.containers("queue")
     service.engine.docker("kill", queue)
     time.sleep(2)
@@ -213,7 +215,7 @@ def test_the_queue_is_killed(service: Installation, shape: str) -> None:
 
 
 def test_the_api_is_stopped_and_started(service: Installation, shape: str) -> None:
-    job = service.ask(shape, shape, **LONG)
+    job = ask(service.http, shape, **LONG)
     (api,) = service.containers("api")
     service.engine.docker("stop", api)
     assert service.inspect(api)["State"]["ExitCode"] == 0, "it was killed after its grace"
@@ -223,7 +225,7 @@ def test_the_api_is_stopped_and_started(service: Installation, shape: str) -> No
 
 def test_burst_workers_leave_by_themselves(service: Installation, shape: str) -> None:
     service.compose("stop", "worker")
-    jobs = [service.ask(shape, shape, points=points) for points in (8, 9, 10)]
+    jobs = [ask(service.http, shape, points=points) for points in (8, 9, 10)]
     service.compose("run", "--rm", "-T", "worker", "--burst", seconds=180)
     for job in jobs:
         service.result(job)
@@ -231,25 +233,25 @@ def test_burst_workers_leave_by_themselves(service: Installation, shape: str) ->
 
 
 def test_backup_and_restore(service: Installation, tmp_path: Path) -> None:
-    shape = service.upload(blob_file(3))
-    job = service.ask(shape, shape, points=14)
+    shape = upload(service.http, blob_file(3))
+    job = ask(service.http, shape, points=14)
     result = service.result(job)
     run_docs(service, "### Backup", tmp_path)
     assert (tmp_path / "queue.tar").stat().st_size > 10_000
     assert (tmp_path / "blobs.tar").stat().st_size > 10_000
-    later = service.ask(shape, shape, points=15)
+    later = ask(service.http, shape, points=15)
     service.result(later)
     run_docs(service, "### Restore", tmp_path)
-    service.until(lambda: service.ready() == 2, 120)
+    until(lambda: service.ready() == 2, 120, pause=0.1)
     assert service.result(job)["correspondences"] == result["correspondences"]
     assert service.http.get(f"/v1/jobs/{later}").status_code == 404
-    service.result(service.ask(shape, shape, points=15))
+    service.result(ask(service.http, shape, points=15))
 
 
 def test_a_worker_of_another_machine_joins(service: Installation, shape: str) -> None:
     service.up(remote=True)
     service.compose("stop", "worker", remote=True)
-    job = service.ask(shape, shape, points=11)
+    job = ask(service.http, shape, points=11)
     (volume,) = json.loads(service.engine.docker("volume", "inspect", "checks_blobs"))
     settings = {
         # As if this machine had mounted a file system of the other.

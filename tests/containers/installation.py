@@ -2,14 +2,14 @@
 
 import json
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import httpx2
 
 from tests.containers.engine import Engine
 from tests.containers.manifests import COMPOSE, DOCKER, Json
+from tests.requests import job_of, until_begun
+from tests.waiting import until
 
 PASSWORD = "a-password-of-the-checks"
 PROJECT = "checks"
@@ -52,7 +52,7 @@ class Installation:
     def up(self, remote: bool = False) -> None:
         """Start what does not run, and wait until it is ready."""
         self.compose("up", "--detach", "--no-build", remote=remote)
-        self.until(lambda: self.ready() == 2, 120)
+        until(lambda: self.ready() == 2, 120, pause=0.1)
 
     def ready(self) -> int:
         """Return the number of workers that are ready."""
@@ -89,33 +89,10 @@ class Installation:
         entries = [json.loads(line) for line in lines if line.startswith("{")]
         return [(entry.get("event", ""), entry.get("job_id", "")) for entry in entries]
 
-    def upload(self, data: bytes) -> str:
-        """Upload a mesh and return its id."""
-        answer = self.http.post("/v1/shapes", files={"file": ("a.off", data)})
-        assert answer.status_code in (200, 201), answer.text
-        shape: str = answer.json()["id"]
-        return shape
-
-    def ask(self, source: str, target: str, **parameters: Any) -> str:
-        """Have two shapes matched, and return the job's id."""
-        answer = self.http.post(
-            "/v1/matches", json={"source": source, "target": target, **parameters}
-        )
-        assert answer.status_code == 202, answer.text
-        job: str = answer.json()["id"]
-        return job
-
-    def job(self, job: str, wait: float = 0.0) -> Json:
-        """Return a job as it is, after some seconds or its end."""
-        answer = self.http.get(f"/v1/jobs/{job}", params={"wait": wait})
-        assert answer.status_code == 200, answer.text
-        record: Json = answer.json()
-        return record
-
     def result(self, job: str, seconds: float = 120) -> Json:
         """Wait for the end of a job, and return its result."""
         deadline = time.monotonic() + seconds
-        while (record := self.job(job, wait=10))["state"] in ("queued", "running"):
+        while (record := job_of(self.http, job, wait=10))["state"] in ("queued", "running"):
             assert time.monotonic() < deadline, record
         assert record["state"] == "succeeded", record
         result: Json = self.http.get(record["links"]["result"]).json()
@@ -123,22 +100,9 @@ class Installation:
 
     def until_begun(self, job: str) -> str:
         """Wait until a job is in the middle of its matching, and return its worker's container."""
-
-        def begun() -> bool:
-            record = self.job(job)
-            assert record["state"] in ("queued", "running"), record
-            return bool(record["state"] == "running" and record["progress"]["fraction"] >= 0.4)
-
-        self.until(begun, 90)
+        until_begun(self.http, job)
         (container,) = self.began(job)
         return container
-
-    def until(self, true: Callable[[], bool], seconds: float) -> None:
-        """Wait until something is so."""
-        deadline = time.monotonic() + seconds
-        while not true():
-            assert time.monotonic() < deadline, "it took too long"
-            time.sleep(0.1)
 
     def spectra_computed(self) -> float:
         """How many spectra were not in the cache, by the metrics."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = re.compile(r"(?:\./)?[\w.-]+(?:/[\w.-]+)+/?|[\w-]+\.(?:ya?ml|toml|md|py|txt|json)")
-NOT_RUN = re.compile(r"bench\.|demo$|service$|service\.admin$|worker$")
+NOT_RUN = re.compile(r"demo$|service$|service\.admin$|worker$")
 """Modules that run for long, or change the store of a service."""
 
 

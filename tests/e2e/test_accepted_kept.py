@@ -4,8 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import httpx2
@@ -15,6 +13,7 @@ from bench.kept import killed_while_accepting
 from demo.stack import LISTENS, ROOT
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
+from tests.waiting import until
 from tests.worker.figures import blob_file
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
@@ -73,10 +72,3 @@ def test_workers_that_left_while_the_store_was_away_come_back(tmp_path: Path) ->
 def children(pid: int) -> set[int]:
     found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     return {int(child) for child in found}
-
-
-def until(true: Callable[[], bool], seconds: float = 240.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)

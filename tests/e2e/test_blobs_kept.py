@@ -12,6 +12,7 @@ import pytest
 from redis import Redis
 
 from bench.machines import Cluster, running_cluster
+from tests.requests import ask
 from tests.worker.figures import blob_file
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
@@ -94,7 +95,7 @@ def test_a_backup_of_a_running_service_is_restored(
 ) -> None:
     """The commands of docs/operations.md, while uploads come in: Redis first, then the blobs."""
     shape = cluster.upload(blob_file(4))
-    before = cluster.ended(cluster.ask(shape, **QUICK))
+    before = cluster.ended(ask(cluster.http, shape, **QUICK))
     assert before["state"] == "succeeded"
     result = cluster.http.get(before["links"]["result"]).json()
     with Uploads(cluster, 2000) as uploads, Redis.from_url(cluster.store.url) as client:
@@ -109,7 +110,7 @@ def test_a_backup_of_a_running_service_is_restored(
         assert 1 <= whole(restored) <= whole(cluster)
         assert restored.http.get(before["links"]["result"]).json() == result
         # What was restored can be used.
-        assert restored.ended(restored.ask(shape, points=7))["state"] == "succeeded"
+        assert restored.ended(ask(restored.http, shape, points=7))["state"] == "succeeded"
 
 
 def copied(source: Path, target: Path, what: str) -> None:

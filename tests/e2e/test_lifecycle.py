@@ -6,23 +6,16 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import isomatch
 import pytest
 
 from demo.stack import ROOT, StackError, running_stack
-from tests.e2e.processes import descendants, running
+from tests.processes import alive, descendants
+from tests.waiting import until
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
-
-
-def gone(pids: set[int], within: float = 120.0) -> bool:
-    deadline = time.monotonic() + within
-    while running(pids) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    return not running(pids)
 
 
 def test_a_service_that_cannot_start_says_why() -> None:
@@ -67,16 +60,13 @@ def test_the_demo(tmp_path: Path) -> None:
 @linux
 def test_an_interrupted_demo_leaves_no_process(tmp_path: Path) -> None:
     with demo(tmp_path, tmp_path) as process:
-        deadline = time.monotonic() + 240
-        while len(descendants(process.pid)) < 3 and time.monotonic() < deadline:
-            time.sleep(0.05)
+        until(lambda: len(descendants(process.pid)) >= 3, pause=0.05)
         family = descendants(process.pid)
-        assert len(family) >= 3
         process.send_signal(signal.SIGINT)
         said, _ = process.communicate(timeout=500)
     assert process.returncode == 130, said
     assert "Interrupted" in said
-    assert gone(family)
+    until(lambda: not alive(family), 120.0, pause=0.05)
 
 
 def test_a_demo_that_cannot_write_says_so(tmp_path: Path) -> None:

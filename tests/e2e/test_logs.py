@@ -1,7 +1,6 @@
 """Logs of the whole service: one JSON object per line, with the id of the request."""
 
 import json
-import time
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import httpx2
 
 from demo.stack import Stack
 from tests.client.shapes import write_blobs
+from tests.waiting import until
 
 
 def lines(stack: Stack, request_id: str) -> list[dict[str, Any]]:
@@ -20,17 +20,17 @@ def lines(stack: Stack, request_id: str) -> list[dict[str, Any]]:
 
 def all_told(stack: Stack, request_id: str) -> list[dict[str, Any]]:
     """Log lines of a request, once those of the ends of its jobs are written."""
-    deadline = time.monotonic() + 240
-    while True:
+
+    def found() -> list[dict[str, Any]] | None:
         told = lines(stack, request_id)
         queued, done = (
             {line["job_id"] for line in told if line["event"] == event}
             for event in ("queued", "done")
         )
-        if queued and queued == done and "request" in [line["event"] for line in told]:
-            return told
-        assert time.monotonic() < deadline, told
-        time.sleep(0.05)
+        whole = queued and queued == done and "request" in [line["event"] for line in told]
+        return told if whole else None
+
+    return until(found, pause=0.05)
 
 
 def test_log_lines_of_a_request_have_its_id(stack: Stack, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import itertools
 import os
 import signal
+import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -15,6 +16,7 @@ import pytest
 
 from bench.machines import Cluster, end, running_cluster
 from broker.contracts import MatchResult
+from tests.requests import ask, until_begun
 from tests.worker.families import family
 from tests.worker.figures import blob_file
 
@@ -48,6 +50,20 @@ def succeeded(cluster: Cluster, job: str) -> None:
     assert len(result.correspondences) == result.parameters.points
 
 
+def learn(http: httpx2.Client, shapes: list[str], **parameters: object) -> str:
+    """Have a prototype learned, and return the job's id."""
+    answer = http.post("/v1/prototypes", json={"shapes": shapes, **parameters})
+    assert answer.status_code == 202, answer.text
+    job: str = answer.json()["id"]
+    return job
+
+
+def worker_of(cluster: Cluster, job: str) -> tuple[subprocess.Popen[str], int]:
+    """Return the worker that runs a job, and the process it forked for it."""
+    (found,) = cluster.horses_of(job)
+    return found
+
+
 def runs_in_another(cluster: Cluster, job: str, horse: int) -> bool:
     """Whether a live process runs a job, not one that has died and is still registered."""
     found = [process for _, process in cluster.horses_of(job)]
@@ -55,18 +71,18 @@ def runs_in_another(cluster: Cluster, job: str, horse: int) -> bool:
 
 
 def test_the_process_of_a_job_is_killed(cluster: Cluster, shape: str) -> None:
-    job = cluster.ask(shape, **LONG)
-    cluster.until_begun(job)
-    _, horse = cluster.worker_of(job)
+    job = ask(cluster.http, shape, **LONG)
+    until_begun(cluster.http, job)
+    _, horse = worker_of(cluster, job)
     os.kill(horse, signal.SIGKILL)
     cluster.until(lambda: runs_in_another(cluster, job, horse), RECOVERY)
     succeeded(cluster, job)
 
 
 def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
-    job, waiting = cluster.ask(shape, **LONG), cluster.ask(shape, **QUICK)
-    cluster.until_begun(job)
-    worker, _ = cluster.worker_of(job)
+    job, waiting = ask(cluster.http, shape, **LONG), ask(cluster.http, shape, **QUICK)
+    until_begun(cluster.http, job)
+    worker, _ = worker_of(cluster, job)
     worker.kill()
     worker.wait()
     cluster.workers.remove(worker)
@@ -79,9 +95,9 @@ def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
 
 def test_a_worker_is_killed_while_it_learns_a_prototype(cluster: Cluster) -> None:
     shapes = [cluster.upload(data) for data in family(3, subdivisions=3)]
-    job = cluster.learn(shapes, name="survivor", points=32, eigenpairs=40)
-    cluster.until_begun(job)
-    worker, _ = cluster.worker_of(job)
+    job = learn(cluster.http, shapes, name="survivor", points=32, eigenpairs=40)
+    until_begun(cluster.http, job)
+    worker, _ = worker_of(cluster, job)
     worker.kill()
     worker.wait()
     cluster.workers.remove(worker)
@@ -94,8 +110,8 @@ def test_a_worker_is_killed_while_it_learns_a_prototype(cluster: Cluster) -> Non
 
 
 def test_the_api_is_killed(cluster: Cluster, shape: str) -> None:
-    job = cluster.ask(shape, **LONG)
-    cluster.until_begun(job)
+    job = ask(cluster.http, shape, **LONG)
+    until_begun(cluster.http, job)
     path = f"/v1/jobs/{job}"
     broken: list[Exception] = []
 
@@ -121,25 +137,25 @@ def test_the_api_is_killed_while_jobs_come_in(cluster: Cluster, shape: str) -> N
     before = jobs(cluster)
     answers: dict[str, str | None] = {}
 
-    def ask(who: int) -> None:
+    def submit(who: int) -> None:
         """Submit one job after the other until there is no response."""
         for number in itertools.count():
             key = f"killed-{who}-{number}"
             answers[key] = None
             try:
-                answers[key] = cluster.ask(shape, key, **QUICK)
+                answers[key] = ask(cluster.http, shape, key=key, **QUICK)
             except httpx2.TransportError:
                 return
 
     with ThreadPoolExecutor(8) as threads:
-        asking = [threads.submit(ask, who) for who in range(8)]
+        asking = [threads.submit(submit, who) for who in range(8)]
         cluster.until(lambda: sum(job is not None for job in [*answers.values()]) >= 4, 60)
         cluster.kill_api()
         for future in asking:
             future.result()
     cluster.api = cluster.start_api()
     # Who got no answer asks again, and so does who got one: there is one job of each key.
-    again = {key: cluster.ask(shape, key, **QUICK) for key in answers}
+    again = {key: ask(cluster.http, shape, key=key, **QUICK) for key in answers}
     assert all(answers[key] in (None, job) for key, job in again.items())
     assert jobs(cluster) - before == set(again.values())
     assert len(set(again.values())) == len(again)
@@ -160,9 +176,9 @@ def jobs(cluster: Cluster) -> set[str]:
 
 
 def test_the_store_is_killed(cluster: Cluster, shape: str) -> None:
-    running, waiting = cluster.ask(shape, **LONG), cluster.ask(shape, **LONG)
-    others = [cluster.ask(shape, **QUICK) for _ in range(5)]
-    cluster.until_begun(running)
+    running, waiting = ask(cluster.http, shape, **LONG), ask(cluster.http, shape, **LONG)
+    others = [ask(cluster.http, shape, **QUICK) for _ in range(5)]
+    until_begun(cluster.http, running)
     cluster.restart_store()
     cluster.until(lambda: cluster.http.get("/health/live").status_code == 200, 60)
     for job in (running, waiting, *others):
@@ -190,23 +206,23 @@ def asked_of_the_impatient(cluster: Cluster, shape: str) -> str:
 def test_a_poisonous_input_fails_its_own_job_only(cluster: Cluster, shape: str) -> None:
     workers = [worker.pid for worker in cluster.workers]
     # More than the memory one job may take, and more than the time.
-    bomb = cluster.ask(cluster.upload(blob_file(6)), eigenpairs=300)
+    bomb = ask(cluster.http, cluster.upload(blob_file(6)), eigenpairs=300)
     endless = asked_of_the_impatient(cluster, shape)
-    others = [cluster.ask(shape, **QUICK) for _ in range(3)]
+    others = [ask(cluster.http, shape, **QUICK) for _ in range(3)]
     failed(cluster, bomb, "out-of-memory")
     for job in others:
         succeeded(cluster, job)
     failed(cluster, endless, "timed-out")
     assert [worker.pid for worker in cluster.workers if worker.poll() is None] == workers
-    succeeded(cluster, cluster.ask(shape, **QUICK))
+    succeeded(cluster, ask(cluster.http, shape, **QUICK))
 
 
 def test_a_job_that_crashes_its_process_fails(cluster: Cluster, shape: str) -> None:
-    job, horse = cluster.ask(shape, **LONG), 0
+    job, horse = ask(cluster.http, shape, **LONG), 0
     for _ in range(2):
         cluster.until(partial(runs_in_another, cluster, job, horse), RECOVERY)
-        cluster.until_begun(job)
-        _, horse = cluster.worker_of(job)
+        until_begun(cluster.http, job)
+        _, horse = worker_of(cluster, job)
         os.kill(horse, signal.SIGSEGV)
     failed(cluster, job, "worker-lost")
-    succeeded(cluster, cluster.ask(shape, **QUICK))
+    succeeded(cluster, ask(cluster.http, shape, **QUICK))

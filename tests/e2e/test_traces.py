@@ -3,8 +3,7 @@
 import json
 import os
 import signal
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +13,9 @@ import pytest
 from demo.stack import Stack, running_stack
 from tests.client.shapes import LASTING, write_blobs
 from tests.collector import Collector, Exported, collecting
-from tests.e2e.processes import descendants
+from tests.processes import descendants
 from tests.stack import PATIENT
+from tests.waiting import until
 
 TRACES = {"OTEL_BSP_SCHEDULE_DELAY": "100", "ISOMATCH_WORKERS": "2", "ISOMATCH_HEARTBEAT": "2"}
 
@@ -59,13 +59,6 @@ def caller(number: int) -> tuple[str, dict[str, str]]:
     """A trace of a caller, and the header that says so."""
     trace = f"{number:032x}"
     return trace, {"traceparent": f"00-{trace}-00000000000000aa-01"}
-
-
-def until(true: Callable[[], Any]) -> None:
-    deadline = time.monotonic() + 120
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
 
 
 def named(spans: list[Exported], name: str) -> Exported:

@@ -26,6 +26,7 @@ from service.settings import Settings
 from service.standalone import KEEP_ALIVE_SECONDS, EmbeddedServer, WorkerPool
 from service.watcher import Watcher
 from tests.blobs import blob_url
+from tests.waiting import until
 from tests.worker.figures import blob_file
 from tests.worker.records import shape_record
 
@@ -40,6 +41,7 @@ DATABASES = cycle(range(1, 16))
 """Numbers of those of a server that the shared workers do not serve, one after the other."""
 
 Json = dict[str, Any]
+Upload = Callable[..., Json]
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -127,12 +129,9 @@ def served_api(settings: Settings) -> Iterator[Api]:
     pool = WorkerPool(WORKERS, settings.redis_url, settings.blob_url)
     with running_api(settings) as running:
         queue = JobQueue(running.store, settings)
-        deadline = time.monotonic() + 540
         try:
             pool.start()
-            while queue.workers() < WORKERS:
-                assert time.monotonic() < deadline
-                time.sleep(0.05)
+            until(lambda: queue.workers() >= WORKERS, 540.0, pause=0.05)
             yield running
         finally:
             pool.stop()

@@ -32,6 +32,7 @@ from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
 from tests.service.conftest import Api, Json, empty_database, problem, running_api
+from tests.waiting import until
 
 ROOT = Path(__file__).resolve().parents[2]
 PARAMETERS = MatchParameters()
@@ -93,10 +94,11 @@ def status(api: Api, key: str | None) -> int:
 
 def noticed(services: list[Api], expected: dict[str | None, int]) -> None:
     """Wait until every service answers so."""
-    deadline = time.monotonic() + NOTICED
-    while any(status(api, key) != code for api in services for key, code in expected.items()):
-        assert time.monotonic() < deadline
-        time.sleep(0.1)
+    until(
+        lambda: all(status(api, key) == code for api in services for key, code in expected.items()),
+        NOTICED,
+        pause=0.1,
+    )
 
 
 def test_keys_change_while_two_services_run(

@@ -1,7 +1,6 @@
 """Two tenants: what one has does not exist for the other, on any route, in any body."""
 
 import json
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import pytest
 
 from service.settings import Settings
 from tests.service.conftest import Api, Json, problem, running_api
+from tests.waiting import until
 from tests.worker.figures import blob, blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -138,11 +138,13 @@ def begun(http: httpx2.Client, path: str, body: Json) -> str:
 
 def succeeded(http: httpx2.Client, job: str) -> str:
     """Return the id of a job when it has succeeded."""
-    deadline = time.monotonic() + 240
-    while (state := http.get(f"/v1/jobs/{job}").json()["state"]) in ("queued", "running"):
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    assert state == "succeeded"
+
+    def has_succeeded() -> bool:
+        state: str = http.get(f"/v1/jobs/{job}").json()["state"]
+        assert state in ("queued", "running", "succeeded")
+        return state == "succeeded"
+
+    until(has_succeeded, pause=0.05)
     return job
 
 

@@ -8,6 +8,21 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.labelling import UNMATCHED, LabellingProblem, PairwiseTerms, triple_costs
 
+REGIMES = {
+    "easy": {"noise": 0.1},
+    "noisy": {"noise": 1.0},
+    "features only": {"noise": 1.0, "beta": 0.0},
+    "no features": {"unary": 0.0},
+    "strong features": {"unary": 10.0},
+    "large beta": {"beta": 100.0},
+    "few candidates": {"share_of_candidates": 0.4},
+    "cheap occlusion": {"occlusion_cost": 0.05},
+    "occlusion": {"occlusion_cost": 0.4, "noise": 0.6},
+    "dear occlusion": {"occlusion_cost": 50.0},
+    "occlusion, few candidates": {"occlusion_cost": 0.3, "share_of_candidates": 0.5},
+}
+"""Arguments of :func:`metric_instance`."""
+
 
 def distances_of(points: FloatArray) -> FloatArray:
     distances: FloatArray = np.linalg.norm(points[:, None] - points[None], axis=2)

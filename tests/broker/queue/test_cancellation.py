@@ -18,7 +18,7 @@ from broker.contracts import (
 from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, ActiveJob
 from broker.upkeep import store_away
-from tests.broker.store.test_store import accepted, numbered
+from tests.broker.store.records import accepted, numbered
 
 SHAPES = tuple(f"{number:032x}" for number in range(3))
 

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 from broker.contracts import JobKind, MatchParameters, MatchPayload, PicturePayload
 from broker.queue import JobQueue
-from tests.broker.store.test_store import accepted, numbered
+from tests.broker.store.records import accepted, numbered
 
 THREADS = 16
 

@@ -24,6 +24,7 @@ from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Keys, Store, connect
 from broker.store.connections import CACHE_TIMEOUT
 from service.standalone import EmbeddedServer
+from tests.waiting import until
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
 from worker.settings import WorkerSettings
@@ -215,10 +216,7 @@ def test_a_cache_that_refuses_connections_costs_nothing(
     assert time.monotonic() - start < 5.0
     # And it is used as soon as it is there again, over a connection of before.
     second.start()
-    deadline = time.monotonic() + 60
-    while not apart.spectra.put(key, b"spectrum"):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    until(lambda: apart.spectra.put(key, b"spectrum"), 60.0)
     assert apart.spectra.get(key) == b"spectrum"
 
 

@@ -12,7 +12,7 @@ from broker.contracts import (
 from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Store
 from broker.upkeep import recover
-from tests.broker.store.test_store import accepted, calls, numbered
+from tests.broker.store.records import accepted, calls, numbered
 
 PARAMETERS = MatchParameters()
 

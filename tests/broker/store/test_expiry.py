@@ -47,8 +47,8 @@ from broker.store import (
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover, store_away
 from broker.webhooks import WebhookSettings, dispatch
 from solver.errors import Cancelled
+from tests.broker.store.records import running
 from tests.broker.store.test_attributes import RECORD as ATTRIBUTES
-from tests.broker.store.test_store import running
 from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
 from tests.workers import validation

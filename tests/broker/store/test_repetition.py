@@ -20,7 +20,7 @@ from broker.contracts import (
 from broker.queue import JobQueue, QueueSettings
 from broker.store import DEFAULT_KEYS, CandidateGone, Store
 from service.standalone import EmbeddedServer
-from tests.broker.store.test_store import running
+from tests.broker.store.records import running
 from tests.worker.records import shape_record
 from worker.settings import WorkerSettings
 

@@ -7,7 +7,6 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import timedelta
 
 import pytest
 
@@ -17,7 +16,6 @@ from broker.contracts import (
     JobRecord,
     JobState,
     MatchParameters,
-    MatchPayload,
     Problem,
     ProblemType,
     Progress,
@@ -39,28 +37,10 @@ from broker.store import (
     Store,
     renewed,
 )
-from tests.worker.records import CREATED, shape_record
+from tests.broker.store.records import accepted, calls, match_job, numbered, running, stored
 from worker.settings import WorkerSettings
 
 BROKEN = Problem.of(ProblemType.INTERNAL_ERROR, "it broke")
-
-
-def match_job() -> JobRecord:
-    return new_job(MatchPayload(source="a", target="b", parameters=MatchParameters()))
-
-
-def stored(jobs: Jobs, record: JobRecord | None = None) -> str:
-    record = record or match_job()
-    with jobs.client.pipeline() as pipe:
-        jobs.create(record, pipe)
-        pipe.execute()
-    return record.id
-
-
-def running(jobs: Jobs, runner: str = "r") -> str:
-    job = stored(jobs)
-    assert jobs.claim(job, runner)
-    return job
 
 
 def in_state(jobs: Jobs, state: JobState) -> str:
@@ -273,24 +253,6 @@ def test_a_page_of_a_rare_kind_reads_only_records_of_it(store: Store) -> None:
     assert [one.id for one in third.items] == rare[:1]
     assert calls(store, "hgetall") - before[0] < 20
     assert calls(store, "zrevrangebyscore") - before[1] < 30
-
-
-def calls(store: Store, command: str) -> int:
-    return int(store.client.info("commandstats").get(f"cmdstat_{command}", {"calls": 0})["calls"])
-
-
-def numbered(number: int, **after: float) -> ShapeRecord:
-    """A shape, made some time after the first."""
-    return shape_record(f"{number:032x}", created=CREATED + timedelta(**after))
-
-
-def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
-    stored = store.uploads.put_candidate(record.id, "off", b"data", "job")
-    with store.client.pipeline() as pipe:
-        store.uploads.add_candidate(record.id, "off", stored, "job", pipe)
-        pipe.execute()
-    store.shapes.accept(record, b"data", b"mesh", b"geometry", "job")
-    return record
 
 
 @pytest.mark.parametrize("limit", [1, 3, 7, 8, 100])

@@ -19,6 +19,8 @@ from broker.queue import FairQueue, JobQueue
 from broker.store import DEFAULT_KEYS, Keys
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, Upkeep, recover
 from broker.webhooks import WebhookSettings
+from tests.processes import alive
+from tests.waiting import until
 from tests.worker.figures import blob_file
 from tests.workers import ended, horses, validation, worker
 
@@ -203,15 +205,15 @@ def begun(queue: JobQueue, data: bytes) -> str:
     ended(queue, validation(queue, data))
     shape = shape_id(data)
     job = queue.submit(MatchPayload(source=shape, target=shape, parameters=LONG))
-    deadline = time.monotonic() + 240
-    while time.monotonic() < deadline:
+
+    def matching() -> bool:
         record = queue.store.jobs.get(job.id)
         assert record is not None
         assert not record.state.ended, record
-        if record.progress.fraction >= 0.4:
-            return job.id
-        time.sleep(0.02)
-    raise AssertionError("it did not begin")
+        return record.progress.fraction >= 0.4
+
+    until(matching)
+    return job.id
 
 
 @linux
@@ -224,10 +226,7 @@ def test_the_jobs_of_a_dead_worker_are_queued_before_others(queue: JobQueue) -> 
         assert queue.store.jobs.state(job) is JobState.RUNNING
         first.kill()
         first.wait()
-        deadline = time.monotonic() + 240
-        while Path(f"/proc/{horse}/cmdline").exists() and time.monotonic() < deadline:
-            time.sleep(0.02)
-        assert not Path(f"/proc/{horse}/cmdline").exists() or not horses(horse)
+        until(lambda: not alive({horse}))
     other = validation(queue, blob_file(1))
     recover(queue, NOW)
     assert queue.store.jobs.state(job) is JobState.QUEUED

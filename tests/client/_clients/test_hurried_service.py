@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pytest
 from demo.stack import running_stack
 from tests.client.shapes import blob_meshes
 from tests.receiver import receiving
+from tests.waiting import until
 
 LIMIT = 30_000
 SETTINGS = {
@@ -99,9 +99,10 @@ def test_a_webhook_is_sent(client: isomatch.Client) -> None:
             signature = request.headers["isomatch-signature"]
             told = isomatch.verify_webhook(request.body, signature, secret)
             assert (told.job.id, told.job.state) == (job.id, job.state)
-        deadline = time.monotonic() + 240
-        while (webhook := job.refresh().webhook) and webhook.state == "pending":
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
-    assert webhook is not None
+
+        def delivered() -> isomatch.JobWebhook | None:
+            told = job.refresh().webhook
+            return told if told is None or told.state != "pending" else None
+
+        webhook = until(delivered, pause=0.05)
     assert (webhook.state, webhook.attempts, webhook.status) == ("delivered", 2, 204)

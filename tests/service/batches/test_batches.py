@@ -1,7 +1,6 @@
 """Batches over HTTP: run, looked at on the way, cancelled, and matches that fail."""
 
 import io
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -11,10 +10,9 @@ import pytest
 
 from broker.contracts import BatchResult, JobState
 from service.batches.schemas import BatchProgress
-from tests.service.conftest import Api, Json, problem
+from tests.service.conftest import Api, Json, Upload, problem
+from tests.waiting import until
 from tests.worker.figures import blob_file
-
-Upload = Callable[..., Json]
 
 QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 40}
 SLOW: dict[str, Any] = {"points": 256, "alternatives": 32, "coarse_points": 10}
@@ -36,11 +34,11 @@ def progress(http: httpx2.Client, job: Json) -> BatchProgress:
 
 
 def awaited(http: httpx2.Client, job: Json, met: Callable[[BatchProgress], bool]) -> BatchProgress:
-    deadline = time.monotonic() + 240
-    while not met(found := progress(http, job)):
-        assert time.monotonic() < deadline, found
-        time.sleep(0.05)
-    return found
+    def found() -> BatchProgress | None:
+        seen = progress(http, job)
+        return seen if met(seen) else None
+
+    return until(found, pause=0.05)
 
 
 def ended(http: httpx2.Client, job: Json) -> Json:

@@ -1,7 +1,6 @@
 """Consistent maps through the whole chain: shapes in, maps between all of them out."""
 
 import io
-from collections.abc import Callable
 from itertools import combinations
 
 import httpx2
@@ -11,7 +10,7 @@ import pytest
 from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
 from tests.service.batches.test_batches import SLOW, awaited, batch
-from tests.service.conftest import Json, problem
+from tests.service.conftest import Json, Upload, problem
 from tests.service.registrations.test_registrations import (
     PLACES,
     TEMPLATE,
@@ -21,8 +20,6 @@ from tests.service.registrations.test_registrations import (
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.worker.figures import blob_file
-
-Upload = Callable[..., Json]
 
 PATH = "/v1/consistent-maps"
 

@@ -6,7 +6,6 @@ import json
 import math
 import struct
 from array import array
-from collections.abc import Callable
 
 import httpx2
 import numpy as np
@@ -32,12 +31,10 @@ from service.dissimilarities.partial import (
 from service.dissimilarities.schemas import PartialDissimilarities
 from service.http import JobExpired
 from service.standalone import EmbeddedServer
-from tests.service.conftest import Api, Json, idle_api, problem, service_over
+from tests.service.conftest import Api, Json, Upload, idle_api, problem, service_over
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined
 from tests.worker.figures import blob_file, off
-
-Upload = Callable[..., Json]
 
 QUICK = {"eigenpairs": 40}
 

@@ -1,15 +1,12 @@
 """Answers that are text are compressed, once, for clients that accept gzip."""
 
 import gzip
-from collections.abc import Callable
 
 import httpx2
 import pytest
 
-from tests.service.conftest import Json
+from tests.service.conftest import Upload
 from tests.worker.figures import blob_file
-
-Upload = Callable[..., Json]
 
 
 def raw(http: httpx2.Client, path: str, accepted: str = "gzip") -> tuple[httpx2.Headers, bytes]:

@@ -13,6 +13,7 @@ from broker.contracts import Progress
 from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.waiting import until
 
 HEARTBEAT = 0.3
 LIFETIME = 2.0
@@ -202,9 +203,7 @@ def test_a_client_that_goes_away_costs_nothing_more(server: EmbeddedServer) -> N
             next(events(stream))
             assert looked_at(api, job, 60.0)
         # Long before its time is over nobody looks at the job any more.
-        deadline = time.monotonic() + 120.0
-        while looked_at(api, job, 0.8):
-            assert time.monotonic() < deadline
+        until(lambda: not looked_at(api, job, 0.8), 120.0)
 
 
 def test_jobs_of_nobody_have_no_events(http: httpx2.Client) -> None:

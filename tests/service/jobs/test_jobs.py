@@ -3,7 +3,7 @@
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import datetime
 
 import httpx2
@@ -15,40 +15,15 @@ from rq.worker_registration import REDIS_WORKER_KEYS
 from broker.contracts import JobKind, MatchResult, MatchSummary, PicturePayload
 from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
-from tests.service.conftest import WORKERS, Api, Json, idle_api, problem, put_shapes
+from tests.service.conftest import WORKERS, Api, Json, Upload, idle_api, problem, put_shapes
+from tests.service.matching import Shapes, ask, matched, wait
 from tests.service.test_blobs import path_of
+from tests.waiting import until
 from tests.worker.figures import blob, blob_file, off
-
-Shapes = tuple[str, str]
-Upload = Callable[..., Json]
 
 QUICK = {"points": 8, "eigenpairs": 30, "orientation": False}
 LONG = {"points": 256, "coarse_points": 10, "alternatives": 32}
 """Parameters of a match that lasts, on a larger shape."""
-
-
-def ask(http: httpx2.Client, shapes: Shapes, **parameters: object) -> Json:
-    body = {"source": shapes[0], "target": shapes[1], **parameters}
-    answer = http.post("/v1/matches", json=body)
-    assert answer.status_code == 202, answer.text
-    job: Json = answer.json()
-    return job
-
-
-def wait(http: httpx2.Client, job: Json, seconds: float = 240) -> Json:
-    while True:
-        answer = http.get(job["links"]["self"], params={"wait": min(seconds, 60.0)})
-        assert answer.status_code == 200, answer.text
-        found: Json = answer.json()
-        seconds -= 60.0
-        if found["state"] not in ("queued", "running") or seconds <= 0.0:
-            return found
-
-
-def matched(http: httpx2.Client, shapes: Shapes, **parameters: object) -> Json:
-    job = wait(http, ask(http, shapes, **parameters))
-    assert job["state"] == "succeeded", job["error"]
-    return job
 
 
 def test_the_way_of_a_match(http: httpx2.Client, shapes: Shapes) -> None:
@@ -294,10 +269,7 @@ def test_a_long_poll_ends_with_the_time_or_the_job(idle: tuple[httpx2.Client, Ap
 def test_a_running_job_is_cancelled(http: httpx2.Client, upload: Upload) -> None:
     shape = upload(blob_file(4))["id"]
     job, *others = (ask(http, (shape, shape), **LONG) for _ in range(WORKERS + 1))
-    deadline = time.monotonic() + 240
-    while wait(http, job, 0)["progress"]["fraction"] < 0.4:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    until(lambda: wait(http, job, 0)["progress"]["fraction"] >= 0.4)
     # All workers are busy.
     assert wait(http, others[-1], 0)["waiting_for"] == "turn"
     for other in others:

@@ -1,7 +1,6 @@
 """Webhooks over HTTP: where they may go, what is shown of them, and that they are sent."""
 
 import json
-import time
 from collections.abc import Iterator
 
 import httpx2
@@ -13,6 +12,7 @@ from broker.webhooks import WebhookSettings
 from service.standalone import EmbeddedServer
 from tests.receiver import receiving
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.waiting import until
 from worker.jobs.runner import Runner
 
 SECRET = "sixteen letters and more"
@@ -71,14 +71,14 @@ def test_the_job_shows_how_its_webhook_is(http: httpx2.Client, api: Api) -> None
 
 
 def queued_try(api: Api) -> str:
-    deadline = time.monotonic() + 240
-    while True:
+    def found() -> str | None:
         for job_id in JobQueue(api.store, QueueSettings()).rq.current.get_job_ids():
             record = api.store.jobs.get(job_id)
             if record is not None and record.kind is JobKind.WEBHOOK:
                 return job_id
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+        return None
+
+    return until(found, pause=0.05)
 
 
 def test_no_webhook_is_delivered_unless_requested(http: httpx2.Client, api: Api) -> None:

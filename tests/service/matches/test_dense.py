@@ -2,19 +2,16 @@
 
 import csv
 import io
-from collections.abc import Callable
 
 import httpx2
 import numpy as np
 import pytest
 
-from tests.service.conftest import Json, problem
-from tests.service.jobs.test_jobs import matched
-from tests.service.matches.test_refinement import file_of
+from tests.service.conftest import Json, Upload, problem
+from tests.service.matching import matched
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
-
-Upload = Callable[..., Json]
+from tests.solver.mesh.mesh_files import file_of
 
 
 @pytest.fixture

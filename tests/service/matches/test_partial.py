@@ -6,28 +6,24 @@ import pytest
 
 from solver.arrays import BoolArray
 from solver.mesh import TriangleMesh, triangle_mesh
-from synthetic import SyntheticShape, human
-from tests.service.conftest import problem
-from tests.service.jobs.test_jobs import matched
-from tests.service.matches.test_dense import Upload
-from tests.service.matches.test_refinement import file_of
+from synthetic import SyntheticShape, human, submesh
+from tests.service.conftest import Upload, problem
+from tests.service.matching import matched
+from tests.solver.mesh.mesh_files import file_of
 
 
 def whole_and_part() -> tuple[TriangleMesh, TriangleMesh]:
     """A body, and the same without what is above its shoulders, twice as large."""
     body = human("walking", resolution=800)
     height = body.vertices[:, 1] / np.ptp(body.vertices[:, 1])
-    faces = body.faces[(height[body.faces] < height.max() - 0.2).all(axis=1)]
-    vertices = np.unique(faces)
-    part = triangle_mesh(2.0 * body.vertices[vertices], np.searchsorted(vertices, faces))
+    part = part_of(body, height >= height.max() - 0.2, 2.0)
     return triangle_mesh(body.vertices, body.faces), part
 
 
 def part_of(body: SyntheticShape, lacking: BoolArray, scale: float) -> TriangleMesh:
     """A body without some of its vertices, in other units."""
-    faces = body.faces[~lacking[body.faces].any(axis=1)]
-    vertices = np.unique(faces)
-    return triangle_mesh(scale * body.vertices[vertices], np.searchsorted(vertices, faces))
+    whole = triangle_mesh(scale * body.vertices, body.faces)
+    return submesh(whole, ~np.any(lacking[whole.faces], axis=1))[1]
 
 
 @pytest.fixture(scope="module")

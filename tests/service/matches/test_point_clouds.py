@@ -1,17 +1,14 @@
 """Point clouds through the whole chain: points in, a map with a row for each point out."""
 
 import io
-from collections.abc import Callable
 
 import httpx2
 import numpy as np
 
-from tests.service.conftest import Json, problem
-from tests.service.jobs.test_jobs import matched
-from tests.service.matches.test_refinement import file_of
+from tests.service.conftest import Upload, problem
+from tests.service.matching import matched
 from tests.solver import shapes
-
-Upload = Callable[..., Json]
+from tests.solver.mesh.mesh_files import file_of
 
 
 def test_a_cloud_is_matched_with_its_mesh(http: httpx2.Client, upload: Upload) -> None:

@@ -1,6 +1,5 @@
 """Points between vertices, through the whole chain: in the numbers of the users' own files."""
 
-from collections.abc import Callable
 from typing import Any
 
 import httpx2
@@ -8,13 +7,10 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh import TriangleMesh
-from tests.service.conftest import Json
-from tests.service.jobs.test_jobs import matched
+from tests.service.conftest import Json, Upload
+from tests.service.matching import matched
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
-
-Upload = Callable[..., Json]
 
 REFINED = {"points": 8, "eigenpairs": 30, "refine": "gmds"}
 
@@ -42,10 +38,6 @@ def points_of(result: Json) -> tuple[IntArray, IntArray, FloatArray]:
     return source, corners, weights
 
 
-def file_of(mesh: TriangleMesh) -> bytes:
-    return mesh_files.ply(mesh.vertices, mesh.faces.tolist())
-
-
 def test_of_several_components(http: httpx2.Client, upload: Upload) -> None:
     """The largest comes last, after vertices of no use to it: its numbers are not its file's."""
     mesh = shapes.blob(2)
@@ -71,7 +63,7 @@ def test_of_several_components(http: httpx2.Client, upload: Upload) -> None:
 def test_of_simplified_shapes(http: httpx2.Client, upload: Upload) -> None:
     mesh = shapes.blob(3)
     other, where = shapes.permuted(shapes.moved(mesh, 4), seed=8)
-    source, target = (upload(file_of(one), "m.ply")["id"] for one in (mesh, other))
+    source, target = (upload(mesh_files.file_of(one), "m.ply")["id"] for one in (mesh, other))
     result, link = asked(http, (source, target), simplify=300)
     vertices, corners, weights = points_of(result)
     places = np.einsum("nc,ncd->nd", weights, other.vertices[corners])
@@ -93,7 +85,7 @@ def test_of_simplified_shapes(http: httpx2.Client, upload: Upload) -> None:
 def test_with_other_parameters(
     http: httpx2.Client, upload: Upload, parameters: dict[str, object]
 ) -> None:
-    shape = upload(file_of(shapes.blob(1)), "m.ply")["id"]
+    shape = upload(mesh_files.file_of(shapes.blob(1)), "m.ply")["id"]
     result, _ = asked(http, (shape, shape), **parameters)
     points_of(result)
 
@@ -104,7 +96,7 @@ def test_as_few_as_are_matched_are_refined(http: httpx2.Client, upload: Upload) 
     The registration that refinement begins at does not depend on the matched points.
     """
     shapes_asked = [
-        upload(file_of(mesh), "m.ply")["id"] for mesh in (shapes.blob(1), shapes.tube())
+        upload(mesh_files.file_of(mesh), "m.ply")["id"] for mesh in (shapes.blob(1), shapes.tube())
     ]
     parameters = {"metric": "geodesic", "descriptor": "none", "occlusion_cost": 1e-3, "points": 3}
     result, _ = asked(http, (shapes_asked[0], shapes_asked[1]), **parameters)
@@ -113,6 +105,6 @@ def test_as_few_as_are_matched_are_refined(http: httpx2.Client, upload: Upload) 
 
 
 def test_there_is_no_refinement_unless_requested(http: httpx2.Client, upload: Upload) -> None:
-    shape = upload(file_of(shapes.blob(1)), "m.ply")["id"]
+    shape = upload(mesh_files.file_of(shapes.blob(1)), "m.ply")["id"]
     result, _ = asked(http, (shape, shape), refine=None)
     assert result["refinement"] is None

@@ -2,7 +2,6 @@
 
 import math
 import shutil
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import pairwise
@@ -26,6 +25,7 @@ from playwright.sync_api import (
 
 from solver.arrays import FloatArray
 from tests.service.conftest import Api, Json
+from tests.waiting import until
 
 CHROMIUM = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 """The first draws no window, and opens a tab in a tenth of the time of the others."""
@@ -217,10 +217,7 @@ def accessible(page: Page) -> None:
 
 def eventually(holds: Callable[[], bool]) -> None:
     """Wait until something holds, which drawing makes come true a little later."""
-    deadline = time.monotonic() + PATIENCE / 1000
-    while not holds():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    until(holds, PATIENCE / 1000, pause=0.05)
 
 
 def place(scene: Locator, trace: int, number: int) -> tuple[float, float]:

@@ -1,7 +1,6 @@
 """Prototypes over HTTP: learned, listed, exchanged, deleted, and matched with."""
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -16,14 +15,12 @@ from service.standalone import EmbeddedServer
 from solver.mesh import read_mesh
 from solver.prototype import match_prototype, prototype_from_bytes, prototype_to_bytes
 from solver.shape import Shape
-from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.service.conftest import Api, Json, Upload, idle_api, problem, put_shapes
 from tests.solver import shapes
 from tests.worker.families import family
 from tests.worker.figures import blob_file, off, two_blobs_file
 from tests.worker.records import shape_record
 from worker.jobs.runner import Runner
-
-Upload = Callable[..., Json]
 
 QUICK: Json = {"points": 8, "components": 2, "eigenpairs": 30}
 SHARED: Json = {**QUICK, "correspondence": "shared_connectivity"}

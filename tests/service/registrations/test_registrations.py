@@ -1,7 +1,6 @@
 """Registrations through the whole chain: shapes in, registered templates and statistics out."""
 
 import io
-from collections.abc import Callable
 from typing import Any
 
 import httpx2
@@ -13,14 +12,12 @@ from scipy.spatial.transform import Rotation
 from solver.arrays import FloatArray
 from solver.mesh import read_mesh, triangle_mesh
 from tests.service.batches.test_batches import SLOW, awaited, batch
-from tests.service.conftest import Json, problem
-from tests.service.jobs.test_jobs import matched
-from tests.service.matches.test_refinement import file_of
+from tests.service.conftest import Json, Upload, problem
+from tests.service.matching import matched
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
+from tests.solver.mesh.mesh_files import file_of
 from tests.worker.figures import blob_file
-
-Upload = Callable[..., Json]
 
 TEMPLATE = shapes.blob(3)
 PLACES = [TEMPLATE.vertices @ Rotation.from_rotvec([0.3 * k, 1.0, -k]).as_matrix() + k

@@ -1,7 +1,6 @@
 """Damaged, large and poisonous meshes through the whole chain: upload, warnings, match, names."""
 
 import struct
-from collections.abc import Callable
 
 import httpx2
 import numpy as np
@@ -9,8 +8,8 @@ import pytest
 
 from solver.mesh import read_mesh
 from solver.shape import Shape
-from tests.service.conftest import Json, problem
-from tests.service.jobs.test_jobs import matched
+from tests.service.conftest import Upload, problem
+from tests.service.matching import matched
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
 from tests.solver.mesh.repair.damage import (
@@ -21,13 +20,11 @@ from tests.solver.mesh.repair.damage import (
     coordinates,
     degenerate,
     distorting,
+    name_of,
     numbering,
     repetition,
     seams,
 )
-from tests.solver.mesh.repair.test_damage import name_of
-
-Upload = Callable[..., Json]
 
 QUICK = {"points": 8, "eigenpairs": 30, "orientation": False}
 

@@ -5,7 +5,7 @@ import json
 import socket
 import struct
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from datetime import datetime
@@ -21,12 +21,10 @@ from broker.contracts import Problem, ProblemType
 from broker.store import Durability
 from service.dependencies import UPLOADS_AT_ONCE
 from service.standalone import EmbeddedServer
-from tests.service.conftest import LIMIT, Api, Json, idle_api, problem
+from tests.service.conftest import LIMIT, Api, Upload, idle_api, problem
 from tests.worker.figures import blob, blob_file, off
 from tests.workers import nothing_is_left
 from worker.pictures import source_view
-
-Upload = Callable[..., Json]
 
 
 def post(http: httpx2.Client, data: bytes, filename: str = "mesh.off") -> httpx2.Response:

@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from queue import SimpleQueue
@@ -19,7 +19,9 @@ import httpx2
 import pytest
 
 from service.standalone import listening
+from tests.processes import alive
 from tests.stack import PATIENT
+from tests.waiting import until
 from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -95,13 +97,6 @@ def command(pid: int) -> list[str]:
     return Path(f"/proc/{pid}/cmdline").read_text().split("\0")
 
 
-def until(true: Callable[[], bool], seconds: float = 240.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-
-
 @contextmanager
 def service(data: Path, log: Path, **settings: str) -> Iterator[Running]:
     running = Running(data, log, **settings)
@@ -111,26 +106,6 @@ def service(data: Path, log: Path, **settings: str) -> Iterator[Running]:
         if running.process.poll() is None:
             running.end()
         running.http.close()
-
-
-def alive(pids: set[int]) -> set[int]:
-    living = set()
-    for pid in pids:
-        status = Path(f"/proc/{pid}/stat")
-        try:
-            state = status.read_text().rpartition(")")[2].split()[0]
-        except OSError:
-            continue
-        if state != "Z":
-            living.add(pid)
-    return living
-
-
-def gone(pids: set[int]) -> bool:
-    deadline = time.monotonic() + 120.0
-    while alive(pids) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    return not alive(pids)
 
 
 LONG = {"points": 256, "coarse_points": 10, "alternatives": 32}
@@ -146,14 +121,14 @@ def begun(running: Running) -> str:
     shape = answer.json()["id"]
     body = {"source": shape, "target": shape, **LONG}
     path: str = running.http.post("/v1/matches", json=body).headers["location"]
-    deadline = time.monotonic() + 240
-    while True:
+
+    def has_begun() -> bool:
         job: dict[str, Any] = running.http.get(path).json()
-        if job["state"] == "running" and job["progress"]["fraction"] >= 0.1:
-            return path
         assert job["state"] in ("queued", "running"), job
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+        return bool(job["state"] == "running" and job["progress"]["fraction"] >= 0.1)
+
+    until(has_begun)
+    return path
 
 
 @linux
@@ -182,7 +157,7 @@ def test_the_service_starts_serves_and_stops(tmp_path: Path) -> None:
         assert running.process.returncode == 0
         # One line, and then nothing more.
         assert running.said.get(timeout=120) == ""
-        assert gone(family)
+        until(lambda: not alive(family), 120.0)
     for line in (tmp_path / "log").read_text().splitlines():
         assert json.loads(line)["event"]
 
@@ -212,7 +187,7 @@ def test_stopped_or_killed_in_the_middle_of_a_job_it_goes_on_after_the_next_star
         until(lambda: "requests_open 3.0" in running.http.get("/metrics").text and events != [])
         assert running.end() < 25.0
         assert running.process.returncode == 0
-        assert gone(family)
+        until(lambda: not alive(family), 120.0)
         for thread in waiting:
             thread.join(60.0)
             assert not thread.is_alive()
@@ -224,7 +199,7 @@ def test_stopped_or_killed_in_the_middle_of_a_job_it_goes_on_after_the_next_star
         until(lambda: len(running.family()) == 4)
         family = running.family()
         running.end(signal.SIGKILL)
-        assert gone(family)
+        until(lambda: not alive(family), 120.0)
     with service(tmp_path / "data", tmp_path / "log") as running:
         (worker,) = running.workers()
         # It may still be said to run where it did before.
@@ -268,7 +243,7 @@ def test_workers_and_a_store_that_die_are_replaced(tmp_path: Path) -> None:
         assert running.forking() == {forking}
         family = running.family() - {store}
         os.kill(forking, signal.SIGKILL)
-        assert gone(family)
+        until(lambda: not alive(family), 120.0)
         data = blob_file(2)
         answer = running.http.post("/v1/shapes", files={"file": ("a.off", data)})
         assert answer.status_code == 201

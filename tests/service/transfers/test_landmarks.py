@@ -10,12 +10,12 @@ from pydantic import ValidationError
 
 from broker.contracts import GivenLandmark, SurfacePoint, TransferPayload
 from solver.mesh import TriangleMesh
-from tests.service.conftest import Json, problem
-from tests.service.jobs.test_jobs import matched
+from tests.service.conftest import Json, Upload, problem
 from tests.service.matches.test_partial import whole_and_part
-from tests.service.matches.test_refinement import file_of
+from tests.service.matching import matched
 from tests.service.transfers.test_transfers import MESH as BODY
-from tests.service.transfers.test_transfers import OTHER, TRUTH, Upload, arrays_of, carried
+from tests.service.transfers.test_transfers import OTHER, TRUTH, arrays_of, carried
+from tests.solver.mesh.mesh_files import file_of
 
 LABELS = ("tip", "side", "lost", "tip")
 AT = (5, 70, 300)

@@ -3,7 +3,6 @@
 import csv
 import io
 import zipfile
-from collections.abc import Callable
 from typing import Any, get_args
 
 import httpx2
@@ -25,11 +24,11 @@ from solver.transfer.files import (
     write_npz,
     write_surface,
 )
-from tests.service.conftest import Api, Json, problem
-from tests.service.jobs.test_jobs import matched
-from tests.service.matches.test_refinement import file_of
+from tests.service.conftest import Api, Json, Upload, problem
+from tests.service.matching import matched
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
+from tests.solver.mesh.mesh_files import file_of
 from tests.solver.mesh.textures.textured_files import (
     MTL,
     image_file,
@@ -41,8 +40,6 @@ from tests.solver.mesh.textures.textured_files import (
 )
 from tests.worker.figures import blob_file
 from tests.workers import nothing_is_left
-
-Upload = Callable[..., Json]
 
 MESH = shapes.blob(3)
 OTHER, TRUTH = shapes.permuted(shapes.moved(MESH, 4), seed=23)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.holes import with_holes
 from bench.map_error import map_error
 from bench.overlap import generated_overlap
 from solver.arrays import BoolArray, FloatArray, IntArray
@@ -13,7 +12,7 @@ from solver.matching import Match, MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.registration.confidence import CONTRADICTED, RIVAL
 from solver.shape import Shape, euclidean_farthest_points
-from synthetic import human
+from synthetic import human, with_holes
 from tests.solver import shapes
 from tests.solver.matching.test_overlap import body
 

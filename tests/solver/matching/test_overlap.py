@@ -10,7 +10,7 @@ from solver.errors import OptionError
 from solver.matching import Match, MatchOptions, Overlap, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
-from synthetic import human
+from synthetic import human, submesh
 
 RESOLUTION = 700
 OPTIONS = MatchOptions(points=16, dense=True, partial="both")
@@ -23,9 +23,8 @@ Cut = tuple[Shape, IntArray]
 def body(pose: str, lacking: BoolArray, scale: float) -> Cut:
     """A body in a pose, without some of its vertices, in other units."""
     whole = human(pose, resolution=len(lacking), seed=1)
-    faces = whole.faces[~lacking[whole.faces].any(axis=1)]
-    vertices = np.unique(faces)
-    mesh = triangle_mesh(scale * whole.vertices[vertices], np.searchsorted(vertices, faces))
+    mesh = triangle_mesh(scale * whole.vertices, whole.faces)
+    vertices, mesh = submesh(mesh, ~np.any(lacking[mesh.faces], axis=1))
     assert mesh.components == 1
     return Shape(mesh), vertices
 

@@ -11,7 +11,7 @@ from solver.matching import Match, MatchOptions, match
 from solver.mesh import simplified, triangle_mesh
 from solver.registration.confidence import RIVAL
 from solver.shape import Shape
-from synthetic import human
+from synthetic import human, submesh
 from tests.solver.shapes import icosphere, plane_grid
 
 RESOLUTION = 700
@@ -30,9 +30,7 @@ def half() -> tuple[Shape, IntArray]:
     body = human("walking", resolution=RESOLUTION, seed=1)
     mesh = triangle_mesh(5.0 * body.vertices, body.faces)
     side = mesh.vertices[:, 0] / np.ptp(mesh.vertices[:, 0])
-    faces = mesh.faces[(side[mesh.faces] > np.median(side) - 0.1).all(axis=1)]
-    vertices = np.unique(faces)
-    part = triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
+    vertices, part = submesh(mesh, np.all(side[mesh.faces] > np.median(side) - 0.1, axis=1))
     assert part.components == 1
     return Shape(part), vertices
 
@@ -44,9 +42,7 @@ def without_leg() -> tuple[Shape, IntArray]:
     mesh = triangle_mesh(body.vertices, body.faces)
     side, height, _ = mesh.vertices.T
     leg = (side > np.median(side)) & (height < np.quantile(height, 0.3))
-    faces = mesh.faces[~leg[mesh.faces].any(axis=1)]
-    vertices = np.unique(faces)
-    part = triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
+    vertices, part = submesh(mesh, ~leg[mesh.faces].any(axis=1))
     assert part.components == 1
     return Shape(part), vertices
 
@@ -203,9 +199,8 @@ def test_landmarks_choose_between_symmetric_answers(side: float) -> None:
     """An ellipsoid with a hole at its end may lie on the whole one in four ways."""
     sphere = icosphere(3)
     ellipsoid = triangle_mesh(sphere.vertices * np.array([1.0, 0.7, 1.8]), sphere.faces)
-    kept = ellipsoid.faces[(ellipsoid.vertices[ellipsoid.faces, 2] < 1.2).all(axis=1)]
-    vertices = np.unique(kept)
-    part = triangle_mesh(ellipsoid.vertices[vertices], np.searchsorted(vertices, kept))
+    low = ellipsoid.vertices[:, 2] < 1.2
+    part = submesh(ellipsoid, np.all(low[ellipsoid.faces], axis=1))[1]
     ours, theirs = part.vertices, ellipsoid.vertices
     side_point = int(ours[:, 0].argmax()), int((side * theirs[:, 0]).argmax())
     landmarks = side_point, (int(ours[:, 2].argmin()), int(theirs[:, 2].argmin()))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.mesh import TriangleMesh
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 """Corners of the unit square."""
@@ -119,3 +120,8 @@ def glb_of(tree: dict[str, Any], buffer: bytes) -> bytes:
 def glb(vertices: FloatArray, faces: IntArray) -> bytes:
     """GLB with one mesh."""
     return glb_of(*gltf_tree(vertices, faces))
+
+
+def file_of(mesh: TriangleMesh) -> bytes:
+    """PLY of a mesh."""
+    return ply(mesh.vertices, mesh.faces.tolist())

@@ -11,8 +11,7 @@ from solver.mesh import TriangleMesh, simplified, triangle_mesh
 from solver.mesh.edges import edges_of
 from solver.shape import Shape
 from tests.solver import shapes
-from tests.solver.mesh.repair.damage import Damage, distorting, seams
-from tests.solver.mesh.repair.test_damage import read
+from tests.solver.mesh.repair.damage import Damage, distorting, read, seams
 
 
 def euler_characteristic(mesh: TriangleMesh) -> int:

@@ -10,8 +10,13 @@ from solver.errors import Cancelled
 from solver.labelling import UNMATCHED, LabellingProblem, Method
 from solver.optimisation import minimise
 from solver.optimisation.primal import InfeasibleError, IteratedLocalSearch
-from tests.solver.optimisation.exact.test_branch_and_bound import REGIMES
-from tests.solver.problems import all_solutions, explicit_instance, metric_instance, relabelled
+from tests.solver.problems import (
+    REGIMES,
+    all_solutions,
+    explicit_instance,
+    metric_instance,
+    relabelled,
+)
 
 
 @pytest.mark.parametrize("regime", REGIMES)

@@ -10,9 +10,8 @@ from solver.optimisation.exact import divide_triples, m_best_solutions
 from solver.optimisation.primal import fuse, local_search
 from solver.optimisation.regions import can_prove
 from tests.solver.optimisation.dual_decomposition.decomposed import decomposed
-from tests.solver.optimisation.exact.test_branch_and_bound import REGIMES
 from tests.solver.optimisation.primal.test_local_search import neighbours
-from tests.solver.problems import all_solutions, metric_instance, with_triples
+from tests.solver.problems import REGIMES, all_solutions, metric_instance, with_triples
 
 
 def instance(n: int, m: int, seed: int, weight: float = 1.0, **regime: float) -> LabellingProblem:

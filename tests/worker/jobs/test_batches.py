@@ -4,8 +4,7 @@ import gzip
 import os
 import signal
 import threading
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
 from pathlib import Path
@@ -30,11 +29,9 @@ from broker.store import DEFAULT_KEYS, QueuedMatches, text
 from broker.store.jobs import Jobs
 from broker.upkeep import RecoveryTimeouts, recover
 from tests.broker.store.test_blobs import files
+from tests.waiting import until
 from tests.worker.figures import blob_file
-from tests.worker.jobs.test_jobs import horse_of
-from tests.workers import ended
-
-Upload = Callable[..., str]
+from tests.workers import Upload, another_horse, ended
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
@@ -69,17 +66,17 @@ def test_a_match_that_kills_its_processes_fails_and_the_batch_goes_on(
     batch = served.submit(of(shape, [shape, other], lasting))
     struck = 0
     for _ in range(2):
-        deadline = time.monotonic() + 240
-        while (horse := horse_of(served, f"{batch.id}-1")) == struck:
-            assert time.monotonic() < deadline
-        os.kill(horse, signal.SIGKILL)
-        struck = horse
-    deadline = time.monotonic() + 240
-    while not (record := served.store.jobs.get(batch.id)) or not record.state.ended:
+        struck = another_horse(served, f"{batch.id}-1", struck)
+        os.kill(struck, signal.SIGKILL)
+
+    def has_ended() -> bool:
         # As the service does regularly.
         recover(served)
-        assert time.monotonic() < deadline
-        time.sleep(0.1)
+        record = served.store.jobs.get(batch.id)
+        return record is not None and record.state.ended
+
+    until(has_ended, pause=0.1)
+    record = ended(served, batch.id)
     assert record.state is JobState.SUCCEEDED
     first, second = result_of(served, batch.id).matches
     assert (first.state, second.state) == (JobState.FAILED, JobState.SUCCEEDED)

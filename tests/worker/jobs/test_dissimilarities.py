@@ -2,7 +2,6 @@
 
 import gzip
 import io
-import time
 from collections.abc import Callable
 from itertools import combinations, permutations
 
@@ -32,14 +31,14 @@ from solver.similarity import (
     signature,
 )
 from tests.solver.shapes import tetrahedron
+from tests.waiting import until
 from tests.worker.collections import class_files, imagined
 from tests.worker.figures import blob_file, off, two_blobs_file
-from tests.workers import ended
+from tests.workers import Upload, ended
 from worker.jobs import result_of as document_of
 from worker.jobs.options import options_of
 
 Run = Callable[[Payload], JobRecord]
-Upload = Callable[..., str]
 
 QUICK = DissimilarityParameters(eigenpairs=40)
 
@@ -60,15 +59,10 @@ def result_of(queue: JobQueue, job: JobRecord) -> DissimilarityResult:
     return DissimilarityResult.model_validate_json(gzip.decompress(packed))
 
 
-def forgotten(queue: JobQueue, job: JobRecord) -> bool:
-    """Whether the chunks of a job are deleted, as they are soon after its end."""
-    deadline = time.monotonic() + 240
-    while (
-        queue.store.client.keys(DEFAULT_KEYS.job_chunks(job.id) + "*")
-        and time.monotonic() < deadline
-    ):
-        time.sleep(0.01)
-    return time.monotonic() < deadline
+def until_forgotten(queue: JobQueue, job: JobRecord) -> None:
+    """Wait until the chunks of a job are deleted, as they are soon after its end."""
+    chunks = DEFAULT_KEYS.job_chunks(job.id) + "*"
+    until(lambda: not queue.store.client.keys(chunks), pause=0.01)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +98,7 @@ def test_a_matrix_equals_the_solvers(
     # Two of each class, side by side.
     assert [row[0] for row in found.nearest] == [1, 0, 3, 2, 5, 4]
     assert set(found.timings) == {"structures", "pairs", "total"}
-    assert forgotten(served, job)
+    until_forgotten(served, job)
 
 
 @pytest.mark.parametrize("objective", ["l2", "linf"])
@@ -175,7 +169,7 @@ def test_an_unusable_shape_is_named(served: JobQueue, run: Run, upload: Upload) 
     assert (job.error.slug, job.error.status) == ("unusable-mesh", 422)
     assert [error.field for error in job.error.errors] == ["body.shapes.0"]
     assert "vertices" in job.error.detail
-    assert forgotten(served, job)
+    until_forgotten(served, job)
     # Of several components, all are compared, or the largest alone.
     assert result_of(served, run(asked([sound, several]))).matrix[0][1] > 1e-3
     largest = QUICK.model_copy(update={"largest_component": True})

@@ -2,13 +2,11 @@
 
 import os
 import signal
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from rq import Worker
 
 from broker.contracts import (
     JobRecord,
@@ -26,12 +24,11 @@ from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh
 from tests.worker.figures import blob, blob_file, off, two_blobs_file
-from tests.workers import ended, horses, nothing_is_left, validation
+from tests.workers import Upload, another_horse, ended, horse_of, nothing_is_left, validation
 from worker.jobs import mesh_from_bytes
 from worker.jobs.match_results import result_from_blob
 
 Run = Callable[[Payload], JobRecord]
-Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
@@ -178,24 +175,6 @@ def slow(shape: str) -> MatchPayload:
     return matching(shape, shape, parameters)
 
 
-def horse_of(served: JobQueue, job_id: str) -> int:
-    """The process that runs a job, once its matching has started."""
-    deadline = time.monotonic() + 240
-    while time.monotonic() < deadline:
-        record = served.store.jobs.get(job_id)
-        assert record is not None
-        assert not record.state.ended, record
-        if record.state is JobState.RUNNING and record.progress.fraction >= 0.4:
-            for worker in Worker.all(connection=served.store.client):
-                if worker.get_current_job_id() == job_id:
-                    assert worker.pid is not None
-                    # One that was killed may still be spoken of.
-                    if alive := horses(worker.pid):
-                        return alive[0]
-        time.sleep(0.01)
-    raise AssertionError("it did not begin")
-
-
 def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
     job = served.submit(slow(upload(blob_file(4))))
     horse = horse_of(served, job.id)
@@ -214,10 +193,7 @@ def test_a_job_whose_process_is_killed_is_repeated_once_then_fails(
     job = served.submit(slow(upload(blob_file(4))))
     first = horse_of(served, job.id)
     os.kill(first, signal.SIGKILL)
-    deadline = time.monotonic() + 240
-    while (second := horse_of(served, job.id)) == first and time.monotonic() < deadline:
-        time.sleep(0.01)
-    os.kill(second, signal.SIGKILL)
+    os.kill(another_horse(served, job.id, first), signal.SIGKILL)
     record = ended(served, job.id)
     assert record.state is JobState.FAILED
     assert record.error is not None

@@ -8,8 +8,7 @@ from broker.queue import JobQueue, QueueSettings
 from broker.store import Store
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from tests.solver import shapes
-from tests.solver.mesh.repair.damage import seams
-from tests.solver.mesh.repair.test_damage import read
+from tests.solver.mesh.repair.damage import read, seams
 from tests.worker.records import shape_record
 from worker.jobs import mesh_from_bytes, mesh_to_bytes
 from worker.jobs.failures import ShapeGone

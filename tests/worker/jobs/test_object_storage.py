@@ -1,6 +1,5 @@
 """Workers whose meshes and results are in object storage, which may be away."""
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from uuid import uuid4
@@ -9,6 +8,7 @@ from broker.contracts import JobState, MatchParameters, MatchPayload, shape_id
 from broker.queue import JobQueue
 from broker.store import Store
 from tests.object_storage import BUCKET, ObjectServer, environment
+from tests.waiting import until
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
 from worker.settings import WorkerSettings
@@ -46,10 +46,7 @@ def test_a_match_in_object_storage(object_server: ObjectServer, settings: Worker
 
 
 def until_running(queue: JobQueue, job: str) -> None:
-    deadline = time.monotonic() + 240
-    while queue.store.jobs.state(job) is not JobState.RUNNING:
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    until(lambda: queue.store.jobs.state(job) is JobState.RUNNING)
 
 
 def test_a_job_says_that_object_storage_was_away(

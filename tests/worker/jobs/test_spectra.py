@@ -11,7 +11,7 @@ from broker.queue import JobQueue
 from broker.store import Spectra, Store
 from broker.upkeep import store_away
 from solver.control import Control
-from tests.broker.store.test_store import accepted, numbered
+from tests.broker.store.records import accepted, numbered
 from tests.solver import shapes
 from worker.jobs.runner import Runner
 from worker.jobs.spectra import spectrum_of

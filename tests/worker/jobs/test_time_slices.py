@@ -3,7 +3,6 @@
 import os
 import signal
 import time
-from collections.abc import Callable
 from datetime import timedelta
 from functools import partial
 from pathlib import Path
@@ -38,17 +37,16 @@ from solver.similarity import (
     pairs_between,
 )
 from tests.blobs import blob_url
-from tests.broker.store.test_store import calls
+from tests.broker.store.records import calls
+from tests.waiting import until
 from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
-from tests.worker.jobs.test_dissimilarities import forgotten, result_of
-from tests.workers import ended, horses, worker
+from tests.worker.jobs.test_dissimilarities import result_of, until_forgotten
+from tests.workers import Upload, ended, horses, worker
 from worker.jobs.failures import JobTimedOut
 from worker.jobs.options import options_of
 from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
-
-Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
@@ -72,13 +70,6 @@ def begun(queue: JobQueue, seed: int, shapes: int = SHAPES) -> "Watched":
     until(lambda: watched.look() or len(watched.chunks) >= 2)
     assert not watched.ended, "there are too few pairs"
     return watched
-
-
-def until(true: Callable[[], bool], seconds: float = 240.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 class Watched:
@@ -113,7 +104,7 @@ class Watched:
         found = result_of(self.queue, ended(self.queue, self.job.id))
         values = np.array(found.lower_bounds)
         assert values == pytest.approx(self._expected(values), rel=1e-8)
-        assert forgotten(self.queue, self.job)
+        until_forgotten(self.queue, self.job)
         return found
 
     def is_over(self, process: int) -> bool:
@@ -197,13 +188,13 @@ def test_a_chunk_that_kills_every_process_fails_the_comparison(served: JobQueue)
     assert record.state is JobState.FAILED
     assert record.error is not None
     assert record.error.slug == "worker-lost"
-    assert forgotten(served, watched.job)
+    until_forgotten(served, watched.job)
 
 
 def test_a_cancelled_comparison_ends_at_once(served: JobQueue) -> None:
     watched = begun(served, seed=13, shapes=MANY)
     assert served.store.jobs.cancel(watched.job.id) is JobState.CANCELLED
-    assert forgotten(served, watched.job)
+    until_forgotten(served, watched.job)
     record = ended(served, watched.job.id)
     assert record.state is JobState.CANCELLED
     assert served.store.results.document(watched.job.id) is None

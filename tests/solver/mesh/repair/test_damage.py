@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.matching import MatchOptions, match
-from solver.mesh import TriangleMesh, largest_component, read_mesh, triangle_mesh
+from solver.mesh import TriangleMesh, largest_component, triangle_mesh
 from solver.shape import Shape
 from tests.solver import shapes
-from tests.solver.mesh import mesh_files
 from tests.solver.mesh.repair.damage import (
     DISTORTING,
     HARMLESS,
     REFUSED,
     Damage,
-    Damaged,
     degenerate,
+    name_of,
+    read,
 )
 
 PROBES = np.arange(0, 642, 13)
@@ -66,14 +66,6 @@ def partner() -> Shape:
 @cache
 def undamaged() -> Answers:
     return answers(shapes.blob(3), PROBES)
-
-
-def read(damaged: Damaged) -> TriangleMesh:
-    return read_mesh(mesh_files.ply(damaged.vertices, damaged.faces), "ply")
-
-
-def name_of(case: object) -> str:
-    return str(getattr(case, "__name__", ""))
 
 
 @pytest.mark.parametrize(("cause", "told"), HARMLESS.items(), ids=name_of)

@@ -11,8 +11,7 @@ from solver.mesh import TriangleMesh, largest_component, read_mesh, simplified, 
 from solver.mesh.formats import READERS
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
-from tests.solver.mesh.repair.damage import DISTORTING, HARMLESS, Damage
-from tests.solver.mesh.repair.test_damage import name_of, read
+from tests.solver.mesh.repair.damage import DISTORTING, HARMLESS, Damage, name_of, read
 
 CLOSEST: Any = trimesh.triangles.closest_point
 CUBE = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]

@@ -5,8 +5,7 @@ import pytest
 
 from solver.mesh import triangle_mesh
 from tests.solver import shapes
-from tests.solver.mesh.repair.damage import seams
-from tests.solver.mesh.repair.test_damage import read
+from tests.solver.mesh.repair.damage import read, seams
 
 
 def test_all_names_of_merged_vertices_lead_to_the_same_vertex() -> None:

@@ -12,21 +12,7 @@ from solver.labelling import UNMATCHED
 from solver.optimisation import ReparametrisedCosts
 from solver.optimisation.dual_decomposition import DualDecomposition
 from solver.optimisation.exact import m_best_solutions
-from tests.solver.problems import all_solutions, explicit_instance, metric_instance
-
-REGIMES = {
-    "easy": {"noise": 0.1},
-    "noisy": {"noise": 1.0},
-    "features only": {"noise": 1.0, "beta": 0.0},
-    "no features": {"unary": 0.0},
-    "strong features": {"unary": 10.0},
-    "large beta": {"beta": 100.0},
-    "few candidates": {"share_of_candidates": 0.4},
-    "cheap occlusion": {"occlusion_cost": 0.05},
-    "occlusion": {"occlusion_cost": 0.4, "noise": 0.6},
-    "dear occlusion": {"occlusion_cost": 50.0},
-    "occlusion, few candidates": {"occlusion_cost": 0.3, "share_of_candidates": 0.5},
-}
+from tests.solver.problems import REGIMES, all_solutions, explicit_instance, metric_instance
 
 
 @pytest.mark.parametrize("regime", REGIMES)

@@ -10,8 +10,7 @@ from solver.control import Control, iterate
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation import ReparametrisedCosts
 from solver.optimisation.exact import AscentState, DualAscent
-from tests.solver.optimisation.exact.test_branch_and_bound import REGIMES
-from tests.solver.problems import all_solutions, explicit_instance, metric_instance
+from tests.solver.problems import REGIMES, all_solutions, explicit_instance, metric_instance
 
 PROBLEMS = [
     *(metric_instance(4, 5, seed, **REGIMES[regime]) for regime in REGIMES for seed in range(2)),

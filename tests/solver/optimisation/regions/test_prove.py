@@ -14,8 +14,13 @@ from solver.optimisation.regions import search as region_search
 from solver.optimisation.regions.branching import divide_region
 from solver.optimisation.regions.message_passing import MetricCosts
 from solver.optimisation.regions.region import ascend, whole_region
-from tests.solver.optimisation.exact.test_branch_and_bound import REGIMES
-from tests.solver.problems import all_solutions, explicit_instance, metric_instance, relabelled
+from tests.solver.problems import (
+    REGIMES,
+    all_solutions,
+    explicit_instance,
+    metric_instance,
+    relabelled,
+)
 
 
 @pytest.fixture

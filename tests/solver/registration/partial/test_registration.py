@@ -19,7 +19,7 @@ from solver.registration.partial.cover import covered_by_part, covered_by_whole,
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import SurfaceMap
 from solver.shape import Shape
-from synthetic import human
+from synthetic import human, submesh
 from tests.solver.shapes import icosphere, plane_grid
 
 SCALE = 3.0
@@ -27,11 +27,10 @@ SCALE = 3.0
 
 def cut(mesh: TriangleMesh, kept: BoolArray, scale: float = SCALE) -> tuple[TriangleMesh, IntArray]:
     """The triangles all of whose corners are kept, turned, moved and scaled; and their vertices."""
-    faces = mesh.faces[kept[mesh.faces].all(axis=1)]
-    vertices = np.unique(faces)
+    vertices, part = submesh(mesh, np.all(kept[mesh.faces], axis=1))
     turn = Rotation.from_rotvec([1.0, -2.0, 0.4]).as_matrix()
-    moved = scale * (mesh.vertices[vertices] @ turn + [3.0, -1.0, 2.0])
-    return triangle_mesh(moved, np.searchsorted(vertices, faces)), vertices
+    moved = scale * (part.vertices @ turn + [3.0, -1.0, 2.0])
+    return triangle_mesh(moved, part.faces), vertices
 
 
 @pytest.fixture(scope="module")

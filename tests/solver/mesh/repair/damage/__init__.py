@@ -16,11 +16,11 @@ from tests.solver.mesh.repair.damage import (
     repetition,
     seams,
 )
-from tests.solver.mesh.repair.damage.damaged import Damage, Damaged
+from tests.solver.mesh.repair.damage.damaged import Damage, Damaged, name_of, read
 from tests.solver.mesh.repair.damage.distorting import DISTORTING
 from tests.solver.mesh.repair.damage.refused import REFUSED
 
-__all__ = ["DISTORTING", "HARMLESS", "REFUSED", "Damage", "Damaged"]
+__all__ = ["DISTORTING", "HARMLESS", "REFUSED", "Damage", "Damaged", "name_of", "read"]
 
 HARMLESS: Mapping[Damage, str] = {
     **numbering.TOLD,

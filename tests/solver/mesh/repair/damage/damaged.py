@@ -7,7 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh import TriangleMesh
+from solver.mesh import TriangleMesh, read_mesh
+from tests.solver.mesh import mesh_files
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,3 +74,13 @@ def centroids(mesh: TriangleMesh) -> FloatArray:
 def jittered(damaged: Damaged, size: float) -> Damaged:
     noise = size * generator().standard_normal(damaged.vertices.shape)
     return Damaged(damaged.vertices + noise, damaged.faces, damaged.where)
+
+
+def read(damaged: Damaged) -> TriangleMesh:
+    """The mesh of its file."""
+    return read_mesh(mesh_files.ply(damaged.vertices, damaged.faces), "ply")
+
+
+def name_of(case: object) -> str:
+    """Name of a damage, for the name of a test."""
+    return str(getattr(case, "__name__", ""))

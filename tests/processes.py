@@ -21,14 +21,14 @@ def descendants(pid: int) -> set[int]:
     return found
 
 
-def running(pids: set[int]) -> set[int]:
+def alive(pids: set[int]) -> set[int]:
     """Those of the processes that have not ended."""
-    alive = set()
+    living = set()
     for pid in pids:
         try:
             state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
         except OSError:
             continue
         if state != "Z":
-            alive.add(pid)
-    return alive
+            living.add(pid)
+    return living

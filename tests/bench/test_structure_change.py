@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.collection import KnownShape
+from bench.collection import KnownShape, Pair
 from bench.structure_change import (
     assignment_error,
     change,
@@ -16,7 +16,6 @@ from bench.structure_change import (
     partners_of,
     structures,
 )
-from bench.transformed import Pair
 from solver.mesh import TriangleMesh
 from solver.shape import Shape
 from solver.shape.choices import (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.holes import with_holes
+from synthetic import with_holes
 from tests.solver import shapes
 
 
