@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 from isomatch._landmarks.landmark_set import LandmarkSet
 from isomatch._models import Shape
-from isomatch._results import Geometry
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,10 +17,7 @@ class LandmarkTemplate:
     landmarks
         In the coordinates of its file. Each stands for the nearest point of the surface, and is
         missing if that is farther than 0.05 times the square root of the area.
-    surface
-        Not used: the service places the landmarks.
     """
 
     shape: Shape | str
     landmarks: LandmarkSet
-    surface: Geometry | None = None
