@@ -83,8 +83,9 @@ def test_the_coarsest_level_is_reported_with_its_optimum(
     """It is 0 for a shape and itself, whichever hypothesis is chosen."""
     control = Control()
     found, _ = enumerate_hypotheses(with_itself[0], OPTIONS, control)
-    refined = refine_hypotheses(found, with_itself[1:], OPTIONS.rho, control)
-    chosen = next(one for one in refined if one.levels[0].solution.value > 0.1)
+    another = next(one for one in found if one.energy > 0.1)
+    refined = refine_hypotheses([another], with_itself[1:], OPTIONS.rho, control)
+    chosen = refined[0]
     if begun_at_a_map:
         distances = with_itself[0].target.distances[np.arange(6)[::-1]]
         chosen = hypothesis_from_map(with_itself, distances, refined, OPTIONS.rho, control)
