@@ -10,12 +10,12 @@ import { confirmed } from "./question.js";
  * @param {string} path of the record
  * @param {string} consequence what is lost with it
  */
-export function deleteButton(path, name, consequence) {
+export function deleteButton(path, name, consequence, signal) {
   const ask = button("Delete", async () => {
     if (!(await confirmed(`Delete ${name}?`, consequence, "Delete", "Keep"))) return;
     try {
       await remove(path);
-      location.hash = "#/";
+      if (!signal.aborted) location.hash = "#/";
     } catch (error) {
       ask.after(problemBox(error));
     }

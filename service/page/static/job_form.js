@@ -69,7 +69,7 @@ export function jobForm(shapes, last, uploading, signal) {
       const named = task.named(shapes);
       try {
         const job = await post(task.path, { ...named, ...values(form) });
-        location.hash = `#/${task.view ?? "jobs"}/${job.id}`;
+        if (!signal.aborted) location.hash = `#/${task.view ?? "jobs"}/${job.id}`;
       } catch (error) {
         fill(said, problemBox(withNames(error, namesIn(named, shapes))));
         showErrors(form, error.errors ?? [], fieldName);

@@ -50,13 +50,13 @@ export async function matchView(place, result, job, signal, part) {
   fill(place,
     h("h2", {}, name(source, learned), " and ", name(target)),
     proof,
-    warningList(result.warnings), orientationNote(result), alternatives(known, shown, choose),
+    warningList(result.warnings), orientationNote(result, signal), alternatives(known, shown, choose),
     h("div", { class: "judged" }, scenes, pairs), numbers,
     h("p", { class: "actions" },
       linkButton(job.id, address), " ", picture, " ",
       kept ? againLink(result, "Match again with other parameters") : null),
     files(job, result, whose),
-    result.dense !== null && !learned && kept ? carrying(job, source, target) : null,
+    result.dense !== null && !learned && kept ? carrying(job, source, target, signal) : null,
   );
   await choose(shown);
   try {
@@ -90,10 +90,10 @@ function files(job, { dense, source_kind: kind }, whose) {
 }
 
 // What a dense map carries from one shape to the other.
-const carrying = (job, source, target) => [
+const carrying = (job, source, target, signal) => [
   h("p", { class: "actions" }, h("a", { href: `#/landmarks/${job.id}`, class: "button" }, "Landmarks"),
     h("span", { class: "faint" }, "carried from one shape to the other, and corrected by hand")),
-  transferForm(job, source, target),
+  transferForm(job, source, target, signal),
 ];
 
 const pictureOf = (job, which) => (which === 0

@@ -20,7 +20,7 @@ export async function shapeView(place, [id], signal) {
   const drawn = h("p", { class: "faint" });
   const jobs = h("section", {});
   const forget = deleteButton(path, shape.name,
-    "Results of its jobs stay, but it can no longer be matched or drawn. The file must be uploaded again.");
+    "Results of its jobs stay, but it can no longer be matched or drawn. The file must be uploaded again.", signal);
   fill(place,
     h("h2", {}, shape.name),
     h("p", {}, `${count(shape.vertices)} ${shape.kind === "points" ? "points" : "vertices"}, `

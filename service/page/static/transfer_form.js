@@ -28,7 +28,7 @@ const ELEMENTS = [
 ];
 
 /** A form for a transfer between the shapes of a match; the page of its job has the result. */
-export function transferForm(match, source, target) {
+export function transferForm(match, source, target, signal) {
   const file = fileField("attributes", LABELS.attributes, ENDINGS,
     "NPZ, CSV, PLY, OBJ, GLB, or one label a line (SEG, TXT); row i of vertex i, or of face i. Without one, values in the shape's own file are carried.");
   const said = h("div", { "aria-live": "polite" });
@@ -69,9 +69,9 @@ export function transferForm(match, source, target) {
           const text = job?.waiting_for === "worker" ? `${values.name} waits: no worker is alive.` : `Uploading ${values.name}.`;
           if (said.textContent !== text) fill(said, h("p", { class: "faint" }, text));
         };
-        const attributes = values === undefined ? null : (await upload("/v1/attributes", values, told)).id;
+        const attributes = values === undefined ? null : (await upload("/v1/attributes", values, told, signal)).id;
         const job = await post("/v1/transfers", { match: match.id, attributes, what, direction: towards, on: on || null });
-        location.hash = `#/jobs/${job.id}`;
+        if (!signal.aborted) location.hash = `#/jobs/${job.id}`;
       } catch (error) {
         fill(said, problemBox(error));
         showErrors(form, error.errors ?? [], fieldName);

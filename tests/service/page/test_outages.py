@@ -199,6 +199,18 @@ def test_a_request_whose_answer_is_lost_makes_one_job(page: Page, idle: Api) -> 
     submit.click()
     page.wait_for_url("**/#/jobs/*")
     assert [job_of(page)] != made
+    # Who leaves before the answer stays where they are.
+    held: list[Route] = []
+    page.route("**/v1/matches", lambda route: held.append(route))
+    page.go_back()
+    with page.expect_request("**/v1/matches"):
+        submit.click()
+    page.evaluate("location.hash = '#/nowhere'")
+    expect(page.get_by_text("This address does not exist")).to_be_visible()
+    with page.expect_request_finished(lambda asked: asked.url.endswith("/v1/matches")):
+        held[0].continue_()
+    page.evaluate("new Promise((resolve) => setTimeout(resolve, 100))")
+    assert page.url.endswith("#/nowhere")
 
 
 def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> None:
