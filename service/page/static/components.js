@@ -1,7 +1,8 @@
 // The mean shape of a registration, which sliders move along its principal components.
 
+import { button } from "./actions.js";
 import { PATIENCE_FOR_FILES, request } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { percent } from "./format.js";
 import { openNpz } from "./npz.js";
 import { canDraw } from "./plotly.js";

@@ -1,5 +1,6 @@
 // Consistent maps of a collection: a heat map whose cells can be chosen, tables of pairs and shapes, and a pair drawn.
 
+import { attempt } from "./actions.js";
 import { confidenceBadge, confidenceNote, confidencePercent } from "./confidence.js";
 import { h, fill, table, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
@@ -52,7 +53,7 @@ export async function consistentMapsView(place, result, job, signal) {
   };
   const measure = choiceField("measure", "Cells", CHOICES, 0, "Before is by the match of the pair alone.");
   const drawMap = (name) => drawHeatMap(map, pictureOf(MEASURES[name], pairs, names), choose, signal);
-  measure.addEventListener("change", (event) => drawMap(event.target.value));
+  measure.addEventListener("change", (event) => attempt(measure, () => drawMap(event.target.value)));
   fill(place,
     h("h2", {}, `Maps between ${several(names.length, "shape")}`),
     h("p", {}, summary(result)), errors(result), warningList(result.warnings),

@@ -1,8 +1,7 @@
 // Deletion of a shape or a prototype, which is asked about first.
 
+import { button } from "./actions.js";
 import { remove } from "./api.js";
-import { button } from "./dom.js";
-import { problemBox } from "./problem.js";
 import { confirmed } from "./question.js";
 
 /**
@@ -11,14 +10,9 @@ import { confirmed } from "./question.js";
  * @param {string} consequence what is lost with it
  */
 export function deleteButton(path, name, consequence, signal) {
-  const ask = button("Delete", async () => {
+  return button("Delete", async () => {
     if (!(await confirmed(`Delete ${name}?`, consequence, "Delete", "Keep"))) return;
-    try {
-      await remove(path);
-      if (!signal.aborted) location.hash = "#/";
-    } catch (error) {
-      ask.after(problemBox(error));
-    }
+    await remove(path);
+    if (!signal.aborted) location.hash = "#/";
   });
-  return ask;
 }

@@ -1,7 +1,8 @@
 // The start page: upload and choose shapes, and what is done with them.
 
+import { button } from "./actions.js";
 import { get } from "./api.js";
-import { h, fill, button, scrolled } from "./dom.js";
+import { h, fill, scrolled } from "./dom.js";
 import { exampleButtons } from "./examples.js";
 import { keepFocus } from "./focus.js";
 import { markChosen, prototypeList, recentJobs, shapeList } from "./lists.js";

@@ -1,7 +1,8 @@
 // The form that requests a job for the chosen shapes.
 
+import { button } from "./actions.js";
 import { get, post } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { keepEntries, resetEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
 import { isOff, occupied, turnOff } from "./focus.js";

@@ -1,8 +1,9 @@
 // Landmarks of a template carried to all specimens of a batch: a row for each, and one archive of all files.
 
+import { button } from "./actions.js";
 import { Problem, get } from "./api.js";
 import { inDoubt } from "./confidence.js";
-import { button, fill, h, table } from "./dom.js";
+import { fill, h, table } from "./dom.js";
 import { save } from "./download.js";
 import { ended, follow } from "./events.js";
 import { count, several, stateName } from "./format.js";

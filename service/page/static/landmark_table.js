@@ -1,8 +1,9 @@
 // The list of landmarks beside the shapes: choosing, moving by the keyboard, and resetting.
 
+import { button } from "./actions.js";
 import { css, distinct } from "./colors.js";
 import { inDoubt } from "./confidence.js";
-import { button, h, table } from "./dom.js";
+import { h, table } from "./dom.js";
 
 /** Steps to the right and up, on the screen, of each key. */
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };

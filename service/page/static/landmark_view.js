@@ -1,8 +1,9 @@
 // Landmarks carried along a dense match: seen on both shapes, corrected by hand, and downloaded.
 
+import { button } from "./actions.js";
 import { Problem, get } from "./api.js";
 import { Corrections } from "./corrections.js";
-import { button, fill, h } from "./dom.js";
+import { fill, h } from "./dom.js";
 import { save } from "./download.js";
 import { drawnShape } from "./drawn_shape.js";
 import { resultOf } from "./events.js";

@@ -1,7 +1,8 @@
 // Lists of the newest jobs, shapes and prototypes.
 
+import { button } from "./actions.js";
 import { get } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { keepFocus } from "./focus.js";
 import { namesOf } from "./names.js";
 import { ago, count, kindName, stateName, time } from "./format.js";

@@ -1,5 +1,6 @@
 // The result of a match: summary, figures, table of pairs, and both shapes in three dimensions.
 
+import { attempt } from "./actions.js";
 import { get, orNull } from "./api.js";
 import { confidenceNote } from "./confidence.js";
 import { h, fill, figureList, warningList } from "./dom.js";
@@ -146,13 +147,14 @@ function summary(result) {
 
 function alternatives(known, shown, choose) {
   if (known.length === 1) return null;
+  const choices = h("fieldset", { class: "alternatives" });
   const options = known.map(({ which, relation, energy }) => h("label", {},
     h("input", {
       type: "radio", name: "hypothesis", value: which, checked: which === shown,
-      onchange: () => choose(which),
+      onchange: () => attempt(choices, () => choose(which)),
     }), " ", which === 0 ? "Answer" : `${which}: ${relation}`,
     h("span", { class: "faint" }, ` energy ${digits(energy)}`)));
-  return h("fieldset", { class: "alternatives" }, h("legend", {}, "Answer and alternatives"), options);
+  return fill(choices, h("legend", {}, "Answer and alternatives"), options);
 }
 
 const overAllSamples = ({ energy, lower_bound: bound, certified }) =>

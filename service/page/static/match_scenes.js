@@ -1,5 +1,6 @@
 // The shapes of a match side by side, turned together and with matched points in the same colours.
 
+import { attempt } from "./actions.js";
 import { behindNames, pointColors, surfaceColors, transferredColors } from "./colors.js";
 import { h, fill } from "./dom.js";
 import { drawnPrototype, drawnShape, lifted, rotate } from "./drawn_shape.js";
@@ -81,13 +82,15 @@ const colorText = (result, sides) => (result.dense && sides.length === 2
   : "Colour surfaces by the nearest matched points");
 
 export function toggle(text, options, name, changed) {
-  return h("label", { class: "check" }, h("input", {
+  const label = h("label", { class: "check" });
+  const box = h("input", {
     type: "checkbox", checked: options[name],
-    onchange: (event) => {
-      options[name] = event.target.checked;
-      changed();
+    onchange: () => {
+      options[name] = box.checked;
+      attempt(label, changed);
     },
-  }), " ", text);
+  });
+  return fill(label, box, " ", text);
 }
 
 /** Rotate all shapes upright, and the target to align matched points. */

@@ -1,7 +1,8 @@
 // Uploads of files that are dropped or picked.
 
+import { button } from "./actions.js";
 import { Problem, upload } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { keepFocus } from "./focus.js";
 import { problemBox } from "./problem.js";
 import { percent, several } from "./format.js";

@@ -211,7 +211,7 @@ def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:
           matrix: names.map((_, i) => names.map((_, j) => Math.abs(i - j))),
         };
         const nodes = [m.neighbours(result, names, () => {})].flat();
-        document.body.replaceChildren(...nodes);
+        document.querySelector("main").replaceChildren(...nodes);
         const field = document.querySelector("#find");
         if (field === null) return null;
         field.value = " shape 2";
@@ -260,6 +260,66 @@ def test_the_focus_is_kept(page: Page) -> None:
     # What is called the same, what is at its place, what is last, the area, and what is not hidden;
     # what has no focus in it gives none.
     assert call(page, "focus", body, drawn) == ["b", "c", "b", "area", "b", True]
+
+
+def test_what_fails_is_said_until_the_next_try(page: Page) -> None:
+    """By buttons, boxes that are checked, and what nobody waits for; what was left is no failure."""
+    body = """
+        const { toggle } = await import('/page/match_scenes.js');
+        const { Problem } = await import('/page/api.js');
+        const place = document.createElement('div');
+        document.querySelector('main').append(place);
+        const errors = ['lost', 'busy', 'AbortError', null];
+        const fail = async () => {
+          const text = errors.shift();
+          if (text === 'AbortError') throw new DOMException('left', text);
+          if (text) throw new Problem(503, { title: 'Busy', detail: text });
+        };
+        const said = async (act) => {
+          act();
+          await new Promise((resolve) => setTimeout(resolve, 20));
+          return [...document.querySelectorAll('[role=alert] p')].map((one) => one.textContent);
+        };
+        const found = [];
+        for (const control of [m.button('Act', fail), toggle('Act', { on: true }, 'on', fail)]) {
+          place.replaceChildren(control);
+          for (let i = 0; i < 4; i++) found.push(await said(() => control.click()));
+          errors.push('lost', 'busy', 'AbortError', null);
+        }
+        for (const text of ['first', 'second']) {
+          found.push(await said(() => { Promise.reject(new Problem(0, { detail: text })); }));
+        }
+        found.push(await said(() => { Promise.reject(new DOMException('left', 'AbortError')); }));
+        place.remove();
+        document.querySelector('[role=alert]').remove();
+        return found;
+    """
+    tries = [["lost"], ["busy"], [], []]
+    expected = [*tries, *tries, ["first"], ["second"], ["second"]]
+    assert call(page, "actions", body, None) == expected
+
+
+def test_what_is_deleted_leads_back_only_from_its_own_view(page: Page) -> None:
+    body = """
+        const answer = window.fetch;
+        window.fetch = async () => new Response(null, { status: 204 });
+        const reached = [];
+        for (const left of [true, false]) {
+          const leaving = new AbortController();
+          const node = m.deleteButton('/v1/shapes/none', 'a.off', 'It is lost.', leaving.signal);
+          document.querySelector('main').append(node);
+          node.click();
+          document.querySelector('dialog button').click();
+          if (left) leaving.abort();
+          await new Promise((resolve) => setTimeout(resolve, 50));
+          reached.push(location.hash);
+          node.remove();
+        }
+        window.fetch = answer;
+        location.hash = '#/nowhere';
+        return reached;
+    """
+    assert call(page, "deletion", body, None) == ["#/nowhere", "#/"]
 
 
 def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
