@@ -8,11 +8,10 @@ import { save } from "./download.js";
 import { ended, follow } from "./events.js";
 import { count, several, stateName } from "./format.js";
 import { leftOut, writtenOf } from "./landmark_carrying.js";
-import { landmarkFileArea, systemField } from "./landmark_fields.js";
+import { landmarkFileArea, mayReplace, systemField } from "./landmark_fields.js";
 import { FORMATS, readLandmarks, writeLandmarks, writeTable } from "./landmark_files.js";
 import { recordOf } from "./match.js";
 import { problemBox } from "./problem.js";
-import { confirmed } from "./question.js";
 import { TABLE, Specimens } from "./specimens.js";
 import { throttled } from "./throttle.js";
 import { zipped } from "./zip.js";
@@ -46,8 +45,7 @@ export async function landmarkCollectionView(place, batch, signal) {
     try {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates, template.name);
-      if (specimens.all.some(({ carried }) => carried?.moves.length > 0) && !(await confirmed("Carry other landmarks?",
-        "The corrections of all specimens would be lost.", "Carry them", "Keep these"))) return;
+      if (!(await mayReplace(specimens.all.some(({ carried }) => carried?.moves.length > 0)))) return;
       await specimens.begin({ file: file.name, coordinates, given });
       fill(said);
     } catch (error) {

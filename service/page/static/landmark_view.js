@@ -12,7 +12,7 @@ import { several } from "./format.js";
 import { keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
 import { carryLandmarks, landmarksOf, withMoves, writtenOf } from "./landmark_carrying.js";
 import { landmarkCollectionView } from "./landmark_collection.js";
-import { landmarkFileArea, systemField } from "./landmark_fields.js";
+import { landmarkFileArea, mayReplace, systemField } from "./landmark_fields.js";
 import { FORMATS, readLandmarks, stemOf, writeLandmarks } from "./landmark_files.js";
 import { LandmarkScenes } from "./landmark_scenes.js";
 import { landmarkTable } from "./landmark_table.js";
@@ -51,14 +51,16 @@ export async function landmarkView(place, [id], signal) {
   const selection = new Selection();
   const scenes = new LandmarkScenes(pictures, sides, selection, signal);
   const system = systemField();
+  let corrections = new Corrections([]);
   let newest = null;
   const show = (shown) => {
     const { file, given, remark } = shown;
     fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file}.`), remark === null ? null : h("p", { class: "warnings" }, remark));
-    return showLandmarks(list, shown, { match: id, sides, selection, scenes });
+    corrections = new Corrections(shown.points[TARGET], shown.moves);
+    return showLandmarks(list, shown, corrections, { match: id, sides, selection, scenes });
   };
   const take = (end) => async ([file]) => {
-    if (file === undefined) return;
+    if (file === undefined || !(await mayReplace(corrections.anyMoved))) return;
     newest = file;
     fill(said, h("p", { class: "faint" }, `Carrying the landmarks of ${file.name}.`));
     try {
@@ -97,11 +99,9 @@ async function specimenLinks({ id, batch }, signal) {
 
 const shapeLink = ({ id, name }) => h("a", { href: `#/shapes/${id}` }, name);
 
-async function showLandmarks(list, shown, { match, sides, selection, scenes }) {
+async function showLandmarks(list, shown, corrections, { match, sides, selection, scenes }) {
   const side = sides[TARGET];
-  const [source, target] = shown.points;
   const landmarks = landmarksOf(shown);
-  const corrections = new Corrections(target, shown.moves);
   const now = () => withMoves(shown, side, corrections.moves);
   const step = (i, right, up) => {
     const [across, upwards] = scenes.axes;
@@ -129,5 +129,5 @@ async function showLandmarks(list, shown, { match, sides, selection, scenes }) {
     h("p", { class: "actions" }, undo, resetAll),
     h("p", { class: "actions" }, "Download: ", FORMATS.map((format) => button(format.toUpperCase(), () =>
       save(new Blob([text(format)]), `${name}.${format}`)))));
-  await scenes.show(landmarks, source, corrections);
+  await scenes.show(landmarks, shown.points[SOURCE], corrections);
 }
