@@ -26,7 +26,7 @@ export async function landmarkCollectionView(place, batch, signal) {
   const known = await get(batch.links.partial, signal);
   const template = await recordOf("shapes", known.source, known.source_name, signal);
   if (!batch.parameters.dense || template.id === null) {
-    throw new Problem(0, { title: "No dense maps", detail: "Landmarks are carried along dense maps of shapes that are kept; match again with them." });
+    throw new Problem(null, { title: "No dense maps", detail: "Landmarks are carried along dense maps of shapes that are kept; match again with them." });
   }
   document.title = `Landmarks of ${several(known.matches.length, "specimen")} – isomatch`;
   const said = h("div", { "aria-live": "polite" });
@@ -78,12 +78,13 @@ function remarkOn({ all }) {
   return remark === null ? null : h("p", { class: "warnings" }, remark);
 }
 
-function sentence(job, { all, template, fits }) {
+function sentence(job, { all, template, fits, pause }) {
   const matched = all.filter(({ match }) => match.state === "succeeded").length;
   const carried = all.filter((one) => one.carried !== null).length;
   const matches = `${count(matched)} of ${several(all.length, "specimen")} matched${ended(job) ? "" : " so far"}`;
   return template === null ? `${matches}. Choose the landmarks of the template.`
-    : `${matches}, landmarks of ${template.file} carried to ${count(carried)}.${fits ? "" : FULL}`;
+    : `${matches}, landmarks of ${template.file} carried to ${count(carried)}.${fits ? "" : FULL}`
+      + (pause === null ? "" : ` ${pause.message} Trying again.`);
 }
 
 function row({ match, name, stem, carried, problem }) {

@@ -34,7 +34,7 @@ export async function landmarkView(place, [id], signal) {
   if (match.kind === "batch") return landmarkCollectionView(place, match, signal);
   const result = await resultOf(match, signal);
   if (!result.dense || result.source_kind !== "shape") {
-    throw new Problem(0, { title: "No dense map", detail: "Landmarks are carried along the dense map of a match of two shapes; match again with it." });
+    throw new Problem(null, { title: "No dense map", detail: "Landmarks are carried along the dense map of a match of two shapes; match again with it." });
   }
   // An upload may have another name than the one that its file is stored under.
   const shapes = await Promise.all(ENDS.map(async (end) => {

@@ -7,6 +7,8 @@ import { carryLandmarks, isOfLandmarks } from "./landmark_carrying.js";
 import { stemOf } from "./landmark_files.js";
 
 const SOURCE = 0;
+/** Milliseconds until landmarks are carried again after a passing problem. */
+const AGAIN = 4000;
 /** Name of the table of all landmarks in an archive. */
 export const TABLE = "landmarks.csv";
 
@@ -19,6 +21,8 @@ export class Specimens extends EventTarget {
   all;
   /** Whether the tab could keep all landmarks. */
   fits = true;
+  /** The passing problem, such as a busy service, after which carrying goes on a little later, or null. */
+  pause = null;
   #batch;
   #shape;
   #signal;
@@ -74,6 +78,12 @@ export class Specimens extends EventTarget {
       const found = await this.#carried(one, template).then((carried) => ({ carried }), (problem) => ({ problem }));
       // Others may have been chosen meanwhile.
       if (this.#signal.aborted || template !== this.template) continue;
+      this.pause = found.problem?.passing ? found.problem : null;
+      if (this.pause !== null) {
+        this.#tell();
+        await new Promise((resolve) => setTimeout(resolve, AGAIN));
+        continue;
+      }
       Object.assign(one, found);
       if (one.carried !== null && !keepLandmarks(one.match.job, one.carried)) this.fits = false;
       this.#tell();

@@ -322,6 +322,44 @@ def test_what_is_deleted_leads_back_only_from_its_own_view(page: Page) -> None:
     assert call(page, "deletion", body, None) == ["#/nowhere", "#/"]
 
 
+SPECIMENS = """
+    const answer = window.fetch;
+    const [template, asked] = [{ coordinates: 'LPS', given: [] }, []];
+    const refused = (status, detail) => new Response(JSON.stringify({ detail }), { status });
+    window.fetch = () => new Promise((resolve) => { asked.push(resolve); });
+    const soon = () => new Promise((resolve) => later(resolve, 20));
+    const later = window.setTimeout;
+    const match = { state: 'succeeded', job: 'one', target: 'none', target_name: 'a.off' };
+    const leaving = new AbortController();
+    const all = new m.Specimens({ job: given, matches: [match] }, { id: 'none' }, leaving.signal);
+    const over = (found) => {
+      leaving.abort();
+      sessionStorage.clear();
+      window.fetch = answer;
+      window.setTimeout = later;
+      return found;
+    };
+"""
+"""A batch with one specimen, whose requests `asked` are answered by the test."""
+
+
+def test_specimens_are_tried_again_after_a_passing_problem(page: Page) -> None:
+    body = f"""{SPECIMENS}
+        const begun = all.begin({{ ...template, file: 'a.csv' }});
+        window.setTimeout = (action, time) => later(action, time === 4000 ? 10 : time);
+        const found = [];
+        for (const [status, text] of [[404, "gone"], [429, 'busy'], [503, 'away'], [404, 'gone']]) {{
+          asked.shift()(refused(status, text));
+          await soon();
+          found.push([all.pause?.message, all.all[0].problem?.message]);
+        }}
+        await begun;
+        return over(found.slice(1));
+    """
+    expected = [["busy", None], ["away", None], [None, "gone"]]
+    assert call(page, "specimens", body, "batch-busy") == expected
+
+
 def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
     body = """
         const shapes = given.map((vertices, at) => ({ id: `s${at}`, name: `s${at}.off`, vertices,
