@@ -46,8 +46,8 @@ export async function landmarkCollectionView(place, batch, signal) {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates, template.name);
       if (!(await mayReplace(specimens.all.some(({ carried }) => carried?.moves.length > 0)))) return;
-      await specimens.begin({ file: file.name, coordinates, given });
       fill(said);
+      await specimens.begin({ file: file.name, coordinates, given });
     } catch (error) {
       if (!signal.aborted) fill(said, problemBox(error));
     }

@@ -27,6 +27,7 @@ export class Specimens extends EventTarget {
   #shape;
   #signal;
   #side = null;
+  #newest = null;
   #busy = false;
 
   /**
@@ -40,24 +41,26 @@ export class Specimens extends EventTarget {
   }
 
   /**
-   * Carry other landmarks, to all specimens.
+   * Carry other landmarks, to all specimens, unless others are chosen before they are known to be usable.
    * @param {Object} template `file`, `coordinates` and the landmarks `given`
    * @throws {Problem} none of the landmarks can be carried, if a specimen is matched yet
    */
   async begin(template) {
-    const next = { ...template, end: SOURCE };
+    const next = this.#newest = { ...template, end: SOURCE };
     const matched = this.all.find(({ match }) => match.state === "succeeded");
-    if (matched !== undefined) {
-      await this.#carried(matched, next).catch((problem) => {
-        if (isOfLandmarks(problem)) throw problem;
-      });
-    }
+    const first = matched === undefined ? null : await this.#carried(matched, next).catch((problem) => {
+      if (isOfLandmarks(problem)) throw problem;
+      return null;
+    });
+    // Others may have been chosen meanwhile.
+    if (this.#newest !== next) return;
     this.template = next;
     this.fits = keepLandmarks(this.#batch, this.template);
     for (const one of this.all) {
       [one.carried, one.problem] = [null, null];
       dropLandmarks(one.match.job);
     }
+    if (first !== null) this.#take(matched, first);
     this.#tell();
     this.work();
   }
@@ -84,11 +87,16 @@ export class Specimens extends EventTarget {
         await new Promise((resolve) => setTimeout(resolve, AGAIN));
         continue;
       }
-      Object.assign(one, found);
-      if (one.carried !== null && !keepLandmarks(one.match.job, one.carried)) this.fits = false;
+      if (found.problem === undefined) this.#take(one, found.carried);
+      else one.problem = found.problem;
       this.#tell();
     }
     this.#busy = false;
+  }
+
+  #take(one, carried) {
+    one.carried = carried;
+    if (!keepLandmarks(one.match.job, carried)) this.fits = false;
   }
 
   #next() {

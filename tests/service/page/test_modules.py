@@ -360,6 +360,19 @@ def test_specimens_are_tried_again_after_a_passing_problem(page: Page) -> None:
     assert call(page, "specimens", body, "batch-busy") == expected
 
 
+def test_the_landmarks_that_were_chosen_last_are_carried(page: Page) -> None:
+    body = f"""{SPECIMENS}
+        const older = all.begin({{ ...template, file: 'older.csv' }});
+        const newer = all.begin({{ ...template, file: 'newer.csv' }});
+        asked[1](refused(404, 'gone'));
+        await newer;
+        asked[0](refused(404, 'gone'));
+        await older;
+        return over(all.template.file);
+    """
+    assert call(page, "specimens", body, "batch-late") == "newer.csv"
+
+
 def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
     body = """
         const shapes = given.map((vertices, at) => ({ id: `s${at}`, name: `s${at}.off`, vertices,
