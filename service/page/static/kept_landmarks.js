@@ -1,6 +1,6 @@
 // Landmarks that are shown, with their corrections, kept in the tab for when one comes back to their match.
 
-const nameOf = (match) => `isomatch-landmarks-${match}`;
+const nameOf = (match) => `isomatch-carried-${match}`;
 
 /** Keep landmarks; false if the tab has no room for them. */
 export function keepLandmarks(match, shown) {

@@ -33,7 +33,7 @@ export async function landmarkCollectionView(place, batch, signal) {
   const progress = h("p", { role: "status", class: "faint" });
   const list = h("section", { "aria-label": "Specimens" });
   const system = systemField();
-  const specimens = new Specimens(known, template, signal);
+  const specimens = new Specimens(known, signal);
   let job = batch;
   const show = () => {
     progress.textContent = sentence(job, specimens);

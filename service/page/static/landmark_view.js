@@ -10,7 +10,7 @@ import { resultOf } from "./events.js";
 import { isOff, turnOff } from "./focus.js";
 import { several } from "./format.js";
 import { keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
-import { carryLandmarks, landmarksOf, withMoves, writtenOf } from "./landmark_carrying.js";
+import { carryLandmarks, drawnPoints, landmarksOf, withMoves, writtenOf } from "./landmark_carrying.js";
 import { landmarkCollectionView } from "./landmark_collection.js";
 import { landmarkFileArea, mayReplace, systemField } from "./landmark_fields.js";
 import { FORMATS, readLandmarks, stemOf, writeLandmarks } from "./landmark_files.js";
@@ -56,8 +56,9 @@ export async function landmarkView(place, [id], signal) {
   const show = (shown) => {
     const { file, given, remark } = shown;
     fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file}.`), remark === null ? null : h("p", { class: "warnings" }, remark));
-    corrections = new Corrections(shown.points[TARGET], shown.moves);
-    return showLandmarks(list, shown, corrections, { match: id, sides, selection, scenes });
+    const [source, target] = shown.points.map((points, at) => drawnPoints(points, sides[at]));
+    corrections = new Corrections(target, shown.moves);
+    return showLandmarks(list, shown, source, corrections, { match: id, sides, selection, scenes });
   };
   const take = (end) => async ([file]) => {
     if (file === undefined || !(await mayReplace(corrections.anyMoved))) return;
@@ -66,7 +67,7 @@ export async function landmarkView(place, [id], signal) {
     try {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates, shapes[end].name);
-      const carried = await carryLandmarks({ id, sides }, { file: file.name, end, coordinates, given }, signal);
+      const carried = await carryLandmarks(id, { file: file.name, end, coordinates, given }, signal);
       if (!signal.aborted && newest === file) await show(carried);
     } catch (error) {
       if (!signal.aborted && newest === file) fill(said, problemBox(error));
@@ -99,7 +100,7 @@ async function specimenLinks({ id, batch }, signal) {
 
 const shapeLink = ({ id, name }) => h("a", { href: `#/shapes/${id}` }, name);
 
-async function showLandmarks(list, shown, corrections, { match, sides, selection, scenes }) {
+async function showLandmarks(list, shown, source, corrections, { match, sides, selection, scenes }) {
   const side = sides[TARGET];
   const landmarks = landmarksOf(shown);
   const now = () => withMoves(shown, side, corrections.moves);
@@ -129,5 +130,5 @@ async function showLandmarks(list, shown, corrections, { match, sides, selection
     h("p", { class: "actions" }, undo, resetAll),
     h("p", { class: "actions" }, "Download: ", FORMATS.map((format) => button(format.toUpperCase(), () =>
       save(new Blob([text(format)]), `${name}.${format}`)))));
-  await scenes.show(landmarks, shown.points[SOURCE], corrections);
+  await scenes.show(landmarks, source, corrections);
 }

@@ -1,7 +1,5 @@
 // Specimens of a batch, and the landmarks of its template that are carried to them.
 
-import { get } from "./api.js";
-import { drawnShape } from "./drawn_shape.js";
 import { dropLandmarks, keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
 import { carryLandmarks, isOfLandmarks } from "./landmark_carrying.js";
 import { stemOf } from "./landmark_files.js";
@@ -24,19 +22,14 @@ export class Specimens extends EventTarget {
   /** The passing problem, such as a busy service, after which carrying goes on a little later, or null. */
   pause = null;
   #batch;
-  #shape;
   #signal;
-  #side = null;
   #newest = null;
   #busy = false;
 
-  /**
-   * @param {Object} batch `job`, its id, and its `matches`
-   * @param {Object} shape record of the template
-   */
-  constructor({ job, matches }, shape, signal) {
+  /** @param {Object} batch `job`, its id, and its `matches` */
+  constructor({ job, matches }, signal) {
     super();
-    [this.#batch, this.#shape, this.all, this.#signal] = [job, shape, specimensOf(matches), signal];
+    [this.#batch, this.all, this.#signal] = [job, specimensOf(matches), signal];
     this.template = keptLandmarks(job);
   }
 
@@ -104,11 +97,8 @@ export class Specimens extends EventTarget {
       : this.all.find(({ match, carried, problem }) => match.state === "succeeded" && carried === null && problem === null);
   }
 
-  async #carried({ match, name }, template) {
-    const shape = await get(`/v1/shapes/${match.target}`, this.#signal);
-    const target = await drawnShape({ ...shape, name }, "target", this.#signal);
-    this.#side ??= await drawnShape(this.#shape, "source", this.#signal);
-    return carryLandmarks({ id: match.job, sides: [this.#side, target] }, template, this.#signal);
+  #carried({ match }, template) {
+    return carryLandmarks(match.job, template, this.#signal);
   }
 
   #tell() {

@@ -263,7 +263,7 @@ def test_the_focus_is_kept(page: Page) -> None:
 
 
 def test_what_fails_is_said_until_the_next_try(page: Page) -> None:
-    """By buttons, boxes that are checked, and what nobody waits for; what was left is no failure."""
+    """By buttons, boxes, and what nobody waits for; what was left is no failure."""
     body = """
         const { toggle } = await import('/page/match_scenes.js');
         const { Problem } = await import('/page/api.js');
@@ -331,7 +331,7 @@ SPECIMENS = """
     const later = window.setTimeout;
     const match = { state: 'succeeded', job: 'one', target: 'none', target_name: 'a.off' };
     const leaving = new AbortController();
-    const all = new m.Specimens({ job: given, matches: [match] }, { id: 'none' }, leaving.signal);
+    const all = new m.Specimens({ job: given, matches: [match] }, leaving.signal);
     const over = (found) => {
       leaving.abort();
       sessionStorage.clear();
@@ -348,7 +348,7 @@ def test_specimens_are_tried_again_after_a_passing_problem(page: Page) -> None:
         const begun = all.begin({{ ...template, file: 'a.csv' }});
         window.setTimeout = (action, time) => later(action, time === 4000 ? 10 : time);
         const found = [];
-        for (const [status, text] of [[404, "gone"], [429, 'busy'], [503, 'away'], [404, 'gone']]) {{
+        for (const [status, text] of [[404, ""], [429, "busy"], [503, "away"], [404, "gone"]]) {{
           asked.shift()(refused(status, text));
           await soon();
           found.push([all.pause?.message, all.all[0].problem?.message]);
