@@ -172,6 +172,12 @@ function send(path, file, progress, signal) {
 
 const workerIsReady = () => fetch("/health/ready").then(({ status }) => status !== 503, () => true);
 
+/**
+ * Record of a shape, once it is validated.
+ * @param {function()} waiting called while it is not
+ */
+export const shapeRecord = (id, signal, waiting = () => {}) => validated(`/v1/shapes/${encodeURIComponent(id)}`, waiting, signal);
+
 async function validated(location, progress, signal) {
   for (;;) {
     const answer = await request(location, { signal });

@@ -1,7 +1,7 @@
 // The start page: upload and choose shapes, and what is done with them.
 
 import { button } from "./actions.js";
-import { get } from "./api.js";
+import { get, shapeRecord } from "./api.js";
 import { h, fill, scrolled } from "./dom.js";
 import { exampleButtons } from "./examples.js";
 import { keepFocus } from "./focus.js";
@@ -98,20 +98,28 @@ export async function homeView(place, ids, signal, task = null) {
   const prototypes = h("section", { class: "card", hidden: true });
   fill(lists, jobs, shapes, prototypes);
 
-  const records = await Promise.all(ids.map((id) =>
-    get(`/v1/${id.startsWith("p-") ? "prototypes" : "shapes"}/${encodeURIComponent(id)}`, signal).catch((error) => {
+  const chooseFirst = async () => {
+    const awaited = h("p", { class: "faint", role: "status" });
+    selected.before(awaited);
+    const waiting = () => { awaited.textContent = "Waiting for a shape that is being validated."; };
+    const records = await Promise.all(ids.map((id) => recordOf(id, signal, waiting).catch((error) => {
       selected.before(problemBox(error));
       return null;
     })));
-  if (signal.aborted) return;
-  choose(...records.filter((record) => record?.name));
-  uploads.begin();
-  await Promise.all([listShapes(), recentJobs(jobs, signal),
+    if (signal.aborted) return;
+    awaited.remove();
+    choose(...records.filter((record) => record !== null));
+    uploads.begin();
+  };
+  await Promise.all([chooseFirst(), listShapes(), recentJobs(jobs, signal),
     prototypeList(choice, signal).then((list) => {
       prototypes.hidden = list.length === 0;
       fill(prototypes, list);
     })]);
 }
+
+const recordOf = (id, signal, waiting) => (id.startsWith("p-")
+  ? get(`/v1/prototypes/${encodeURIComponent(id)}`, signal) : shapeRecord(id, signal, waiting));
 
 // For who does not see the list.
 const sentence = (chosen) => (chosen.length > MOST_UNCOUNTED ? `${chosen.length} shapes are chosen.`

@@ -1,7 +1,7 @@
 // Landmarks carried along a dense match: seen on both shapes, corrected by hand, and downloaded.
 
 import { button } from "./actions.js";
-import { Problem, get } from "./api.js";
+import { Problem, get, shapeRecord } from "./api.js";
 import { Corrections } from "./corrections.js";
 import { fill, h } from "./dom.js";
 import { save } from "./download.js";
@@ -38,7 +38,7 @@ export async function landmarkView(place, [id], signal) {
   }
   // An upload may have another name than the one that its file is stored under.
   const shapes = await Promise.all(ENDS.map(async (end) => {
-    const shape = await get(`/v1/shapes/${result[end]}`, signal);
+    const shape = await shapeRecord(result[end], signal);
     return { ...shape, name: result[`${end}_name`] ?? shape.name };
   }));
   document.title = `Landmarks of ${shapes[TARGET].name} – isomatch`;

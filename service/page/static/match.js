@@ -1,7 +1,7 @@
 // The result of a match: summary, figures, table of pairs, and both shapes in three dimensions.
 
 import { attempt } from "./actions.js";
-import { get, orNull } from "./api.js";
+import { get, orNull, shapeRecord } from "./api.js";
 import { confidenceNote } from "./confidence.js";
 import { h, fill, figureList, warningList } from "./dom.js";
 import { download } from "./download.js";
@@ -109,7 +109,7 @@ const name = ({ id, name: called }, learned = false) =>
  * @param {string|null} called its name in the result
  */
 export async function recordOf(kind, id, called, signal) {
-  const record = await orNull(get(`/v1/${kind}/${encodeURIComponent(id)}`, signal))
+  const record = await orNull(kind === "shapes" ? shapeRecord(id, signal) : get(`/v1/${kind}/${encodeURIComponent(id)}`, signal))
     ?? { id: null, name: "a shape that is no longer kept", faces: 0 };
   return { ...record, name: called ?? record.name };
 }

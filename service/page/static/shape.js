@@ -1,6 +1,6 @@
 // A shape: its record, its drawing and its jobs.
 
-import { get } from "./api.js";
+import { shapeRecord } from "./api.js";
 import { deleteButton } from "./deletion.js";
 import { h, fill, warningList } from "./dom.js";
 import { download } from "./download.js";
@@ -14,7 +14,7 @@ import { rotated } from "./view.js";
 
 export async function shapeView(place, [id], signal) {
   const path = `/v1/shapes/${encodeURIComponent(id)}`;
-  const shape = await get(path, signal);
+  const shape = await shapeRecord(id, signal);
   document.title = `${shape.name} – isomatch`;
   const picture = h("div", { class: "scene", "aria-label": `${shape.name} in three dimensions` });
   const drawn = h("p", { class: "faint" });

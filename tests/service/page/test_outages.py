@@ -106,6 +106,30 @@ def test_the_list_of_shapes_outlasts_an_outage(page: Page, idle: Api) -> None:
     expect(listed).to_have_count(1)
 
 
+def test_a_shape_is_shown_once_it_is_validated(page: Page, idle: Api) -> None:
+    source, _ = put_shapes(idle)
+    upload = httpx2.post(f"{idle.url}/v1/shapes", files={"file": ("new.off", b"OFF # new\n")})
+    assert upload.status_code == 202
+    shape = upload.headers["location"].rpartition("/")[2]
+
+    def known(route: Route) -> None:
+        record = httpx2.get(f"{idle.url}/v1/shapes/{source}").json()
+        route.fulfill(json=record | {"id": shape, "name": "new.off"})
+
+    for address, awaited, shown in (
+        (f"/#/with/{source}/{shape}", "Waiting for a shape", page.locator(".chips li").last),
+        (f"/#/shapes/{shape}", "Loading", page.get_by_role("heading", level=2).first),
+    ):
+        with page.expect_response(f"**/v1/shapes/{shape}"):
+            page.goto(address)
+        expect(page.get_by_text(awaited)).to_be_visible()
+        expect(page.get_by_role("alert")).to_have_count(0)
+        page.route(f"**/v1/shapes/{shape}", known)
+        expect(shown).to_contain_text("new.off")
+        expect(page.get_by_text(awaited)).to_have_count(0)
+        page.unroute(f"**/v1/shapes/{shape}")
+
+
 def test_a_job_waits_for_files_that_are_uploaded(page: Page, idle: Api) -> None:
     page.goto(f"/#/with/{'/'.join(put_shapes(idle))}")
     submit = page.get_by_role("button", name="Match", exact=True)
