@@ -4,7 +4,7 @@ import { button } from "./actions.js";
 import { get } from "./api.js";
 import { h, fill } from "./dom.js";
 import { keepFocus } from "./focus.js";
-import { namesOf } from "./names.js";
+import { completed } from "./names.js";
 import { ago, count, kindName, stateName, time } from "./format.js";
 
 const PAGE = 8;
@@ -68,8 +68,7 @@ export async function titleOf(job, signal) {
   const ids = job.kind === "match" ? [job.source, job.target] : job.shapes.slice(0, MOST_NAMED);
   // Shapes are listed once each, and prototypes are named with their version.
   const given = job.prototype === null && (job.kind === "match" || job.names.length === job.shapes.length) ? job.names : [];
-  const stored = await namesOf(ids.filter((_, at) => !given[at]), signal, 1);
-  const names = ids.map((_, at) => given[at] ?? stored.shift());
+  const names = await completed(given, ids, signal, 1);
   if (names.length === 0) return kind;
   const more = job.kind === "match" ? 0 : job.shape_count - names.length;
   return `${kind}: ${names.join(job.kind === "match" ? " and " : ", ")}${more > 0 ? ` and ${count(more)} more` : ""}`;

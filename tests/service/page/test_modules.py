@@ -262,6 +262,38 @@ def test_the_focus_is_kept(page: Page) -> None:
     assert call(page, "focus", body, drawn) == ["b", "c", "b", "area", "b", True]
 
 
+def test_names_are_searched_for_once(page: Page) -> None:
+    """Those of a request are not, but where it gave none."""
+    body = """
+        const answer = window.fetch;
+        const asked = [];
+        const partial = { pairs: 1, pairs_done: 1, labels: null, matrix: [[0, 1], [1, 0]] };
+        window.fetch = async (path) => {
+          asked.push(path);
+          return Response.json(path === 'named' ? { ...partial, shapes: ['c', 'third-id'], names: given }
+            : { items: [], next_cursor: 'more' });
+        };
+        const { signal } = new AbortController();
+        const found = [];
+        for (const pages of [1, 1, 3, 3]) {
+          await m.namesOf(['first-id-of-none', 'second-id-of-none'], signal, pages);
+          found.push(asked.splice(0).length);
+        }
+        const { collectionProgress } = await import('/page/collection.js');
+        const node = document.createElement('div');
+        document.querySelector('main').append(node);
+        await collectionProgress(node, 'named', signal);
+        window.fetch = answer;
+        const ticks = [...node.querySelectorAll('.xtick text')].map((one) => one.textContent);
+        node.remove();
+        return [found, asked, ticks];
+    """
+    searched, asked, ticks = call(page, "names", body, ["one.off", None])
+    assert searched == [1, 0, 3, 0]
+    assert [path.partition("?")[0] for path in asked] == ["named", *10 * ["/v1/shapes"]]
+    assert ticks == ["one.off", "third-id"]
+
+
 def test_what_fails_is_said_until_the_next_try(page: Page) -> None:
     """By buttons, boxes, and what nobody waits for; what was left is no failure."""
     body = """
