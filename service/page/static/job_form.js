@@ -11,6 +11,9 @@ import { fieldName, problemBox, withNames } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
 import { stillUploading } from "./uploads.js";
 
+/** The metrics and descriptors of the service, requested once. */
+let structures = null;
+
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
 
 /**
@@ -25,8 +28,6 @@ export function jobForm(shapes, last, uploading, signal) {
   const submit = h("button", { type: "submit", class: "primary" });
   const awaited = h("span", { class: "faint", role: "status" });
   const form = h("form", { novalidate: true, "aria-label": "Task" });
-  // Requested once: an answer that came twice would replace fields that are already filled in.
-  let structures = null;
   let task;
   let complete = false;
   // A job that is requested now would lack the files that still come.
@@ -44,9 +45,9 @@ export function jobForm(shapes, last, uploading, signal) {
     allow();
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
     try {
-      structures ??= get("/v1/structures", signal);
+      structures ??= get("/v1/structures");
       const known = await structures;
-      if (task !== taken) return;
+      if (task !== taken || signal.aborted) return;
       fill(parts, fieldsOf(task, known, shapes, signal));
       restoreEntries(name, form);
       complete = true;

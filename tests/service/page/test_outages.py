@@ -147,6 +147,22 @@ def test_a_job_waits_for_files_that_are_uploaded(page: Page, idle: Api) -> None:
     leave(page)
     expect(page.locator(".uploads .name")).to_have_count(0)
     page.wait_for_url("**/#/")
+    # Of many that arrive, few forms are made, and the structures are known.
+    arrived: list[Request] = []
+
+    def taken(route: Route) -> None:
+        arrived.append(route.request)
+        name = f"{len(arrived)}.off"
+        route.fulfill(json={"id": name, "name": name, "vertices": 9, "warnings": []})
+
+    page.route("**/v1/shapes", taken)
+    page.route("**/v1/structures", unanswered)
+    count = "() => { const set = history.replaceState.bind(history); window.forms = 0;"
+    page.evaluate(f"{count} history.replaceState = (...a) => {{ window.forms++; set(...a); }}; }}")
+    page.locator("#files").set_input_files(files(30))
+    expect(page.get_by_text("30 chosen shapes")).to_be_visible()
+    expect(page.get_by_text("Loading the metrics")).to_have_count(0, timeout=5_000)
+    assert page.evaluate("window.forms") < 15
 
 
 def test_an_upload_says_that_no_worker_is_ready(browser: Browser, server: EmbeddedServer) -> None:
