@@ -15,7 +15,7 @@ export function drawable({ what, attributes }) {
 }
 
 /** Whether values are colours themselves. */
-export const isPainted = (what) => what === "colors" || what === "texture";
+const isPainted = (what) => what === "colors" || what === "texture";
 
 /**
  * Colour the rows of arrays that are drawn beside one another: by one scale, or with one colour of each label.
