@@ -53,6 +53,8 @@ export function digits(number, significant = 4) {
 export function percent(share) {
   const value = 100 * share;
   if (value > 0 && value < 0.01) return "less than 0.01 %";
+  // What is not all does not look as if it were.
+  if (value < 100 && value >= 99.5) return value > 99.99 ? "more than 99.99 %" : `${(Math.floor(100 * value) / 100).toFixed(2)} %`;
   return `${value.toFixed(value < 10 ? 2 : 0)} %`;
 }
 

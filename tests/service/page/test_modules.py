@@ -262,6 +262,13 @@ def test_the_focus_is_kept(page: Page) -> None:
     assert call(page, "focus", body, drawn) == ["b", "c", "b", "area", "b", True]
 
 
+def test_only_what_is_all_is_a_hundred_percent(page: Page) -> None:
+    given = [1.0, 0.999999, 0.9999, 0.996, 0.9949, 0.25, 0.0999, 0.00001, 0.0]
+    expected = ["100", "more than 99.99", "99.99", "99.60", "99", "25", "9.99", "less than 0.01"]
+    found = call(page, "format", "return given.map(m.percent)", given)
+    assert found == [f"{text} %" for text in [*expected, "0.00"]]
+
+
 def test_names_are_searched_for_once(page: Page) -> None:
     """Those of a request are not, but where it gave none."""
     body = """
