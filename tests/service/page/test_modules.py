@@ -269,6 +269,33 @@ def test_only_what_is_all_is_a_hundred_percent(page: Page) -> None:
     assert found == [f"{text} %" for text in [*expected, "0.00"]]
 
 
+@pytest.mark.parametrize("lack", ["room", "leave", None])
+def test_a_tab_that_may_keep_nothing_works_until_it_is_loaded_again(
+    page: Page, lack: str | None
+) -> None:
+    body = """
+        const allowed = Object.getOwnPropertyDescriptor(window, 'sessionStorage');
+        const { setItem } = Storage.prototype;
+        const refuse = () => { throw new DOMException('no', 'QuotaExceededError'); };
+        m.keep('one', 'before');
+        if (given === 'room') Storage.prototype.setItem = refuse;
+        const forbidden = { ...allowed, get: refuse };
+        if (given === 'leave') Object.defineProperty(window, 'sessionStorage', forbidden);
+        const found = [m.keep('one', 'now'), m.kept('one'), m.kept('two')];
+        const { key } = await import('/page/api_key.js');
+        found.push(key());
+        m.drop('one');
+        found.push(m.kept('one'));
+        Storage.prototype.setItem = setItem;
+        Object.defineProperty(window, 'sessionStorage', allowed);
+        found.push(m.keep('one', 'again'), m.kept('one'), sessionStorage.getItem('one'));
+        m.drop('one');
+        return found;
+    """
+    found = call(page, "tab_storage", body, lack)
+    assert found == [lack is None, "now", None, None, None, True, "again", "again"]
+
+
 def test_names_are_searched_for_once(page: Page) -> None:
     """Those of a request are not, but where it gave none."""
     body = """
@@ -277,8 +304,8 @@ def test_names_are_searched_for_once(page: Page) -> None:
         const partial = { pairs: 1, pairs_done: 1, labels: null, matrix: [[0, 1], [1, 0]] };
         window.fetch = async (path) => {
           asked.push(path);
-          return Response.json(path === 'named' ? { ...partial, shapes: ['c', 'third-id'], names: given }
-            : { items: [], next_cursor: 'more' });
+          const named = { ...partial, shapes: ['c', 'third-id'], names: given };
+          return Response.json(path === 'named' ? named : { items: [], next_cursor: 'more' });
         };
         const { signal } = new AbortController();
         const found = [];
