@@ -15,12 +15,13 @@ const FINE = 0.1;
  * @param {Corrections} corrections of their positions
  * @param {Selection} selection the landmark that is highlighted
  * @param {function(number, number, number)} step moves a landmark by steps to the right and up
+ * @param {AbortSignal} signal aborted when the table is replaced
  */
-export function landmarkTable(landmarks, corrections, selection, step) {
+export function landmarkTable(landmarks, corrections, selection, step, signal) {
   const sure = landmarks.some(({ confidence }) => confidence !== null);
   const rows = landmarks.map((landmark, i) => row(landmark, i, corrections, selection, step, sure));
   const show = () => rows.forEach(({ update }) => update());
-  selection.addEventListener("change", show);
+  selection.addEventListener("change", show, { signal });
   corrections.addEventListener("change", show);
   show();
   const heads = ["Landmark", ...(sure ? ["Confidence"] : []), "State"];

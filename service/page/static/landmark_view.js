@@ -52,13 +52,16 @@ export async function landmarkView(place, [id], signal) {
   const scenes = new LandmarkScenes(pictures, sides, selection, signal);
   const system = systemField();
   let corrections = new Corrections([]);
+  let table = new AbortController();
   let newest = null;
   const show = (shown) => {
     const { file, given, remark } = shown;
     fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file}.`), remark === null ? null : h("p", { class: "warnings" }, remark));
     const [source, target] = shown.points.map((points, at) => drawnPoints(points, sides[at]));
     corrections = new Corrections(target, shown.moves);
-    return showLandmarks(list, shown, source, corrections, { match: id, sides, selection, scenes });
+    table.abort();
+    table = new AbortController();
+    return showLandmarks(list, shown, source, corrections, { match: id, sides, selection, scenes }, table.signal);
   };
   const take = (end) => async ([file]) => {
     if (file === undefined || !(await mayReplace(corrections.anyMoved))) return;
@@ -100,7 +103,7 @@ async function specimenLinks({ id, batch }, signal) {
 
 const shapeLink = ({ id, name }) => h("a", { href: `#/shapes/${id}` }, name);
 
-async function showLandmarks(list, shown, source, corrections, { match, sides, selection, scenes }) {
+async function showLandmarks(list, shown, source, corrections, { match, sides, selection, scenes }, signal) {
   const side = sides[TARGET];
   const landmarks = landmarksOf(shown);
   const now = () => withMoves(shown, side, corrections.moves);
@@ -126,7 +129,7 @@ async function showLandmarks(list, shown, source, corrections, { match, sides, s
   list.hidden = false;
   fill(list,
     h("p", { id: "landmark-keys", class: "faint" }, KEYS),
-    landmarkTable(landmarks, corrections, selection, step),
+    landmarkTable(landmarks, corrections, selection, step, signal),
     h("p", { class: "actions" }, undo, resetAll),
     h("p", { class: "actions" }, "Download: ", FORMATS.map((format) => button(format.toUpperCase(), () =>
       save(new Blob([text(format)]), `${name}.${format}`)))));

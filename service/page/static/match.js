@@ -35,6 +35,7 @@ export async function matchView(place, result, job, signal, part) {
   let shown = known[part]?.which ?? 0;
   const address = () => (shown === 0 ? "" : `/${shown}`);
   let drawn = null;
+  let table = new AbortController();
   const choose = async (which) => {
     const hypothesis = known[which];
     shown = which;
@@ -46,7 +47,9 @@ export async function matchView(place, result, job, signal, part) {
     whose.textContent = `These files are of the answer, not of alternative ${which}:`;
     whose.hidden = which === 0;
     const colors = drawn === null ? null : await drawn.show(hypothesis);
-    fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned));
+    table.abort();
+    table = new AbortController();
+    fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned, table.signal));
   };
   fill(place,
     h("h2", {}, name(source, learned), " and ", name(target)),

@@ -296,6 +296,42 @@ def test_a_tab_that_may_keep_nothing_works_until_it_is_loaded_again(
     assert found == [lack is None, "now", None, None, None, True, "again", "again"]
 
 
+def test_tables_that_are_replaced_follow_no_selection(page: Page) -> None:
+    body = """
+        const { Selection } = await import('/page/selection.js');
+        const { landmarkTable } = await import('/page/landmark_table.js');
+        const { Corrections } = await import('/page/corrections.js');
+        const [selection, replaced] = [new Selection(), new AbortController()];
+        const marks = [{ label: 'one', lack: '', confidence: null }];
+        const corrections = new Corrections([{}]);
+        const tables = [
+          m.pairTable([{ source: 1, target: 2, cost: 3 }], null, selection, false, replaced.signal),
+          landmarkTable(marks, corrections, selection, () => {}, replaced.signal),
+        ];
+        const shown = () => tables.map((table) => table.querySelectorAll('.shown').length);
+        selection.choose(0);
+        const before = shown();
+        replaced.abort();
+        selection.clear();
+        return [before, shown()];
+    """
+    assert call(page, "pair_table", body, None) == [[1, 1], [1, 1]]
+
+
+def test_drawings_do_not_end_one_another(page: Page) -> None:
+    """Browsers end the oldest of many WebGL contexts, of which each question would make one."""
+    body = """
+        const { getContext } = HTMLCanvasElement.prototype;
+        m.canDraw();
+        let made = 0;
+        HTMLCanvasElement.prototype.getContext = () => { made += 1; return null; };
+        const answers = [m.canDraw(), m.canDraw()];
+        HTMLCanvasElement.prototype.getContext = getContext;
+        return [answers, made];
+    """
+    assert call(page, "plotly", body, None) == [[True, True], 0]
+
+
 def test_names_are_searched_for_once(page: Page) -> None:
     """Those of a request are not, but where it gave none."""
     body = """
