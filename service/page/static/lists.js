@@ -9,6 +9,8 @@ import { ago, count, kindName, stateName, time } from "./format.js";
 
 const PAGE = 8;
 const MOST_NAMED = 3;
+/** Lines that are kept up to date: jobs that the service lists at once. */
+const MOST_REFRESHED = 200;
 
 /** Milliseconds until unfinished jobs are requested again. */
 const AGAIN = 4000;
@@ -42,7 +44,8 @@ export async function recentJobs(place, signal) {
       fill(place, await jobList(signal));
       return;
     }
-    const { items } = await get(`/v1/jobs?limit=${PAGE}`, signal);
+    const shown = Math.min(Math.max(known.childElementCount, PAGE), MOST_REFRESHED);
+    const { items } = await get(`/v1/jobs?limit=${shown}`, signal);
     // Lines stay where they are, and with them the focus.
     for (const job of items.reverse()) {
       const line = known.querySelector(`[data-job="${job.id}"]`);

@@ -317,9 +317,13 @@ def test_a_cancelled_job_is_requested_again(page: Page, idle: Api) -> None:
 
 def test_recent_jobs_are_kept_up_to_date(page: Page, idle: Api) -> None:
     source, target = put_shapes(idle)
-    jobs = [requested(idle, "matches", {"source": source, "target": target}) for _ in range(2)]
+    asked: dict[str, object] = {"source": source, "target": target}
+    # The first is on the second page of the list.
+    jobs = [requested(idle, "matches", asked) for _ in range(9)]
+    jobs = [jobs[0], jobs[-1]]
     page.clock.install()
     page.goto("/#/")
+    page.get_by_role("button", name="More").first.click()
     first, second = (page.locator(f"[data-job='{job}']") for job in jobs)
     expect(second.locator(".state")).to_have_text("waiting")
     # Links of the same text are told apart, and large enough for fingers.
@@ -335,7 +339,7 @@ def test_recent_jobs_are_kept_up_to_date(page: Page, idle: Api) -> None:
     expect(first.locator(".state")).to_have_text("cancelled")
     expect(second.get_by_role("link")).to_be_focused()
     # Also what was requested elsewhere, when the user comes back.
-    newer = requested(idle, "matches", {"source": source, "target": target, "points": 9})
+    newer = requested(idle, "matches", {**asked, "points": 9})
     page.evaluate("window.dispatchEvent(new Event('focus'))")
     expect(page.locator("[data-job]").first).to_have_attribute("data-job", newer)
     expect(page.locator("[data-job]").first).to_contain_text("points 9")
