@@ -1,4 +1,4 @@
-// What a transfer has carried, drawn on both of its shapes with the same colours.
+// Values or landmarks of a transfer, drawn on both of its shapes with the same colours.
 
 import { attempt } from "./actions.js";
 import { PATIENCE_FOR_FILES, get, orNull, request } from "./api.js";
@@ -20,7 +20,7 @@ const MOST_DISTINCT = 12;
 /** Steps in which the scale is shown. */
 const STEPS = [0, 0.25, 0.5, 0.75, 1];
 const ENDS = ["source", "target"];
-/** Where a missing landmark is drawn: nowhere. */
+/** Position of a missing landmark, which is not drawn. */
 const NOWHERE = [NaN, NaN, NaN];
 const OTHER_FACES = "the faces of its file are not the triangles of its surface";
 

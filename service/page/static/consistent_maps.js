@@ -14,7 +14,7 @@ import { linkButton } from "./share_link.js";
 /** End of the scale of probabilities. */
 const CERTAINTY = () => ({ most: 1, clipped: false });
 const CONFIDENCE = { title: "confidence", text: confidencePercent, tick: percent, end: CERTAINTY };
-/** What the cells of the heat map have. */
+/** Measures that the cells of the heat map can have. */
 const MEASURES = {
   confidence: { ...CONFIDENCE, of: (pair) => pair.confidence?.probability ?? null },
   confidence_before: { ...CONFIDENCE, of: (pair) => pair.confidence_before?.probability ?? null },
@@ -130,7 +130,7 @@ function shapeTable({ shapes }, names) {
     ["Shape", "Cycle error", "Agreement"], rows);
 }
 
-// What does not fit comes first, then what was improved.
+// Pairs that do not fit come first, then those that were improved.
 function pairTable({ shapes, pairs }, names, choose) {
   const places = new Map(shapes.map(({ shape }, at) => [shape, at]));
   const short = shortened(names);

@@ -1,4 +1,4 @@
-// What was entered into the form of a task, kept in the tab for when one comes back to it.
+// Entries of the form of a task, kept in the tab for when the user comes back to it.
 
 import { keep, kept } from "./tab_storage.js";
 

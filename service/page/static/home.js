@@ -38,7 +38,7 @@ export async function homeView(place, ids, signal, task = null) {
   signal.addEventListener("abort", () => sight.disconnect());
 
   const choose = (...shapes) => {
-    // What arrives once the page was left is not chosen.
+    // Shapes that arrive once the page was left are not chosen.
     if (signal.aborted) return;
     for (const shape of shapes) {
       // At most one prototype can be chosen, as the source.
@@ -66,7 +66,7 @@ export async function homeView(place, ids, signal, task = null) {
     number.textContent = `${count(chosen.length)} chosen`;
   };
   const listShapes = async () => fill(shapes, await shapeList(choice, signal));
-  // What is listed stays while the service is away, and is listed again when the user comes back to the page.
+  // The list stays while the service is away, and is listed again when the user comes back to the page.
   let stale = false;
   const listAgain = async () => {
     try {

@@ -53,7 +53,7 @@ export async function jobView(place, [id, part], signal) {
       status.show(job, connected);
       if (connected) status.answered();
     });
-    // What is known so far may arrive late.
+    // A partial result may arrive late.
     running.abort();
     if (signal.aborted) return;
     job = await get(path, signal);

@@ -9,5 +9,5 @@ export const keepLandmarks = (match, shown) => keep(nameOf(match), JSON.stringif
 
 export const dropLandmarks = (match) => drop(nameOf(match));
 
-/** What was kept, or null. */
+/** The landmarks that were kept, or null. */
 export const keptLandmarks = (match) => JSON.parse(kept(nameOf(match)));

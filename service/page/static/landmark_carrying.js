@@ -57,7 +57,7 @@ function inFile({ unrotated }, point) {
   return place.map((value, k) => unrotated.origin[k] + unrotated.scale * value);
 }
 
-/** What is known of each landmark of the target: `label`, `remark`, `confidence`, and `lack`, which says why it has no point. */
+/** Description of each landmark of the target: `label`, `remark`, `confidence`, and `lack`, which says why it has no point. */
 export const landmarksOf = ({ given, end, points, sure }) => given.map(({ label, remark: description, position }, i) => {
   const point = points[end][i];
   const known = sure?.[i] ?? null;

@@ -93,7 +93,7 @@ function files(job, { dense, source_kind: kind }, whose) {
   }), registered);
 }
 
-// What a dense map carries from one shape to the other.
+// Links for values and landmarks that a dense map carries from one shape to the other.
 const carrying = (job, source, target, signal) => [
   h("p", { class: "actions" }, h("a", { href: `#/landmarks/${job.id}`, class: "button" }, "Landmarks"),
     h("span", { class: "faint" }, "carried from one shape to the other, and corrected by hand")),

@@ -68,7 +68,7 @@ export async function matchScenes(place, result, source, target, selection, sign
   return { show };
 }
 
-/** Why shapes cannot be drawn, or null. */
+/** The reason why shapes cannot be drawn, or null. */
 export function obstacle(shapes) {
   if (shapes.some((shape) => shape.id === null)) return "A shape is no longer kept, so nothing is drawn.";
   return canDraw() ? null : NO_WEBGL;
@@ -120,7 +120,7 @@ function shadesOf(sides, points, colors, dense) {
   const make = (at) => {
     if (dense === null || sides.length === 1) return near(at);
     if (at === 0) return transferredColors(sides, dense, near(1));
-    // What has no partner, as of the whole that a part is matched with, is grey on the target, too.
+    // Vertices without a partner, as of the whole that a part is matched with, are grey on the target, too.
     const mapped = dense.inverse?.target;
     return mapped ? transferredColors([sides[1], sides[1]], { source: mapped, target: mapped }, near(1)) : near(1);
   };

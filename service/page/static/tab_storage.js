@@ -14,7 +14,7 @@ export function keep(name, text) {
   }
 }
 
-/** What was kept, or null. */
+/** The text that was kept, or null. */
 export const kept = (name) => memory.get(name) ?? allowed(() => sessionStorage.getItem(name));
 
 export function drop(name) {
@@ -22,7 +22,7 @@ export function drop(name) {
   allowed(() => sessionStorage.removeItem(name));
 }
 
-// Where storage is forbidden, reading it is an error, too.
+// If storage is forbidden, reading it is an error, too.
 function allowed(read) {
   try {
     return read();

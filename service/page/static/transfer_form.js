@@ -19,7 +19,7 @@ const KINDS = [
   ["texture", "the texture of the shape's own file"],
   ["uv", "its texture coordinates (UV)"],
 ];
-/** What the form calls the fields of a request. */
+/** Labels of the fields of a request in the form. */
 export const LABELS = { attributes: "File of values", what: "Kind", direction: "Direction", on: "Onto" };
 const ELEMENTS = [
   ["", "what the values are of"],
@@ -81,7 +81,7 @@ export function transferForm(match, source, target, signal) {
   return h("details", { class: "more" }, h("summary", {}, "Transfer: carry values of vertices or faces from one shape to the other"), form);
 }
 
-/** Why the own file of a shape has nothing of a kind to carry, or null if it may have some. */
+/** The reason why the own file of a shape has nothing of a kind to carry, or null if it may have some. */
 function lack(what, { name, file_type: type, has_colors: colored }) {
   if (what === "colors" ? colored : (OWN[what] ?? OWN_VALUES).includes(type)) return null;
   return `${name} has none in its own file; choose ${what in OWN ? "another kind" : "a file of values"}.`;
