@@ -28,8 +28,8 @@ MOST_NUMBERED: Final = 12
 _CELL_DIGITS = 2
 _TICK_DIGITS = 3
 _INCHES = 9.6, 8.6
-_MOST_NAMES = 48
-"""Rows that are tall enough to be named one by one."""
+MOST_NAMES: Final = 40
+"""Shapes that are named one by one, likewise."""
 
 _MOST_CLASSES = 60
 """Classes that are named, and separated by lines."""
@@ -178,7 +178,7 @@ def _label_axes(axes: Axes, names: Sequence[str], blocks: Sequence[_Block]) -> N
     for block in blocks[1:] if len(blocks) <= _MOST_CLASSES else ():
         for line in (axes.axhline, axes.axvline):
             line(block.first - 0.5, color="white", linewidth=0.8)
-    if len(names) <= _MOST_NAMES:
+    if len(names) <= MOST_NAMES:
         places, texts = [float(k) for k in range(len(names))], list(names)
     elif len(blocks) <= _MOST_CLASSES:
         places, texts = [block.middle for block in blocks], [block.label for block in blocks]

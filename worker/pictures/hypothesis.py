@@ -68,19 +68,15 @@ def hypothesis_of(result: MatchResult, alternative: int | None) -> Hypothesis:
     result
         The match.
     alternative
-        0 for the match itself, j for the j-th of its alternatives, either with a refinement and a
-        dense map only if these belong to it; None for the match with whatever refinement and dense
-        map there are.
+        0 or None for the match itself, j for the j-th of its alternatives, either with a refinement
+        and a dense map only if these belong to it.
 
     Raises
     ------
     NoAlternative
         There are fewer alternatives.
     """
-    if alternative is None:
-        return Hypothesis(
-            result.correspondences, result.refinement, result.dense, *_captions(result)
-        )
+    alternative = alternative or 0
     count = len(result.alternatives)
     if alternative > count:
         raise NoAlternative(alternative, count)
@@ -110,8 +106,7 @@ def _captions(result: MatchResult) -> tuple[str, str]:
     count, alone = len(result.correspondences), len(result.unmatched)
     title = f"{count} corresponding points" + (f", {alone} unmatched" if alone else "")
     if result.refinement is not None:
-        which = result.refinement.hypothesis
-        title += ", refined between vertices" + (f" from alternative {which}" if which else "")
+        title += ", refined between vertices"
     proof = "no better correspondence among this answer's candidates"
     if not result.certified:
         proof = f"within {100.0 * result.gap:.2g} % of the best among this answer's candidates"

@@ -20,7 +20,7 @@ LEAST_CLIPPED: Final = 50
 MOST_NUMBERED: Final = 12
 """Shapes up to which cells have their numbers written in them."""
 
-_MOST_NAMES: Final = 40
+MOST_NAMES: Final = 40
 """Shapes of which each is named on the axes; more names would overlap."""
 
 _CELL_DIGITS: Final = 2
@@ -43,12 +43,12 @@ def draw_dissimilarities(
     names
         Names of the shapes.
     labels
-        Classes of the shapes, or None.
+        Classes of the shapes, or None; they are drawn in the order of their first shapes.
     title
         Text above.
     """
     objects, _ = plotly_modules()
-    order = np.arange(len(matrix)) if labels is None else np.argsort(labels, kind="stable")
+    order = _order(labels, len(matrix))
     named = [plain(names[place]) for place in order]
     known = matrix[np.triu_indices(len(matrix), 1)]
     known = known[~np.isnan(known)]
@@ -82,7 +82,7 @@ def draw_dissimilarities(
         )
     )
     ticks: dict[str, Any] = {"showticklabels": False}
-    if len(order) <= _MOST_NAMES:
+    if len(order) <= MOST_NAMES:
         ticks = {"tickvals": list(range(len(order))), "ticktext": named}
     figure.update_xaxes(**ticks, constrain="domain", showgrid=False)
     figure.update_yaxes(**ticks, autorange="reversed", scaleanchor="x", showgrid=False)
@@ -93,6 +93,14 @@ def draw_dissimilarities(
             figure.add_vline(border, line={"color": "white", "width": 1})
     figure.update_layout(title_text=plain(title), plot_bgcolor="white")
     return figure
+
+
+def _order(labels: Sequence[str] | None, count: int) -> list[int]:
+    """Order of the shapes by class; classes in the order of their first shapes."""
+    if labels is None:
+        return list(range(count))
+    rank = {label: place for place, label in enumerate(dict.fromkeys(labels))}
+    return sorted(range(count), key=lambda place: rank[labels[place]])
 
 
 def scale_end(known: Floats) -> float:

@@ -13,7 +13,7 @@ export const PATIENCE_FOR_FILES = 90_000;
 /** Statuses of a service that is away or busy for a while, or of a proxy before it. */
 const PASSING = new Set([0, 429, 502, 503, 504]);
 
-/** A problem document of the service; its status is 0 if the service cannot be reached. */
+/** A problem document of the service. Its status is 0 if the service cannot be reached, null if no request failed. */
 export class Problem extends Error {
   constructor(status, document = {}) {
     // The page shows the errors themselves.
@@ -171,6 +171,12 @@ function send(path, file, progress, signal) {
 }
 
 const workerIsReady = () => fetch("/health/ready").then(({ status }) => status !== 503, () => true);
+
+/**
+ * Record of a shape, once it is validated.
+ * @param {function()} waiting called while it is not
+ */
+export const shapeRecord = (id, signal, waiting = () => {}) => validated(`/v1/shapes/${encodeURIComponent(id)}`, waiting, signal);
 
 async function validated(location, progress, signal) {
   for (;;) {

@@ -1,13 +1,14 @@
 // The API key: kept in the tab, and asked for when the service needs one.
 
 import { h, fill } from "./dom.js";
+import { drop, keep, kept } from "./tab_storage.js";
 
 const NAME = "isomatch-key";
 /** Printable Latin-1, as browsers send headers of nothing else. */
 const LETTERS = "[\\s\\x21-\\x7e\\xa1-\\xff]*";
 let asking = null;
 
-export const key = () => sessionStorage.getItem(NAME);
+export const key = () => kept(NAME);
 
 export const authorization = () => (key() ? { Authorization: `Bearer ${key()}` } : {});
 
@@ -42,8 +43,8 @@ function ask(reason) {
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       const value = input.value.trim();
-      if (value) sessionStorage.setItem(NAME, value);
-      else sessionStorage.removeItem(NAME);
+      if (value) keep(NAME, value);
+      else drop(NAME);
       given = value !== "";
       dialog.close();
     });

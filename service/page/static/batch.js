@@ -5,7 +5,7 @@ import { confidenceBadge } from "./confidence.js";
 import { h, fill, table } from "./dom.js";
 import { download } from "./download.js";
 import { count, figure, stateName } from "./format.js";
-import { namesOf } from "./names.js";
+import { completed, namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 
 const HEADS = ["Target", "State", "Answer", "Distortion of distances"];
@@ -44,10 +44,8 @@ export async function batchView(place, result, job, signal) {
 }
 
 async function rowsOf(matches, signal) {
-  const unnamed = matches.filter((match) => match.target_name === null).map((match) => match.target);
-  const found = await namesOf(unnamed, signal);
-  const names = new Map(unnamed.map((id, place) => [id, found[place]]));
-  return matches.map((match) => row(match, match.target_name ?? names.get(match.target)));
+  const names = await completed(matches.map((match) => match.target_name), matches.map((match) => match.target), signal);
+  return matches.map((match, at) => row(match, names[at]));
 }
 
 function row({ job, state, error, summary }, name) {

@@ -19,7 +19,7 @@ function projection(node) {
   return AXES.map((r) => ({ row: AXES.map((k) => whole[4 * k + r] * dataScale[k]), shift: whole[12 + r] }));
 }
 
-/** Where points are in the window, in pixels. */
+/** Positions of points in the window, in pixels. */
 export function onScreen(node, points) {
   const [across, up] = projection(node);
   const box = node.getBoundingClientRect();

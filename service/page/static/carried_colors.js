@@ -7,7 +7,7 @@ const SCALE = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 
 /** Colour of what has no value. */
 const NONE = [200, 200, 200];
 
-/** What can be drawn of carried attributes: each attribute, or each of its columns, by its `text`. */
+/** Choices to draw of carried attributes: each attribute, or each of its columns, by its `text`. */
 export function drawable({ what, attributes }) {
   return attributes.flatMap(({ name, columns }) => (isPainted(what) || columns.length === 0
     ? [{ name, at: null, text: name }]
@@ -15,7 +15,7 @@ export function drawable({ what, attributes }) {
 }
 
 /** Whether values are colours themselves. */
-export const isPainted = (what) => what === "colors" || what === "texture";
+const isPainted = (what) => what === "colors" || what === "texture";
 
 /**
  * Colour the rows of arrays that are drawn beside one another: by one scale, or with one colour of each label.

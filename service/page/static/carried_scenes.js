@@ -1,5 +1,6 @@
-// What a transfer has carried, drawn on both of its shapes with the same colours.
+// Values or landmarks of a transfer, drawn on both of its shapes with the same colours.
 
+import { attempt } from "./actions.js";
 import { PATIENCE_FOR_FILES, get, orNull, request } from "./api.js";
 import { carriedColors, drawable, scaleColor, shadesOfFaces, shadesOfVertices } from "./carried_colors.js";
 import { behindNames, css, distinct } from "./colors.js";
@@ -19,7 +20,7 @@ const MOST_DISTINCT = 12;
 /** Steps in which the scale is shown. */
 const STEPS = [0, 0.25, 0.5, 0.75, 1];
 const ENDS = ["source", "target"];
-/** Where a missing landmark is drawn: nowhere. */
+/** Position of a missing landmark, which is not drawn. */
 const NOWHERE = [NaN, NaN, NaN];
 const OTHER_FACES = "the faces of its file are not the triangles of its surface";
 
@@ -112,8 +113,12 @@ async function pairsOf({ direction }, job, signal) {
   return direction === "source_to_target" ? pairs : pairs.map(({ source, target }) => ({ source: target, target: source }));
 }
 
-const choiceOf = (choices, show) => h("label", {}, "Shown ", h("select", { onchange: (event) => show(Number(event.target.value)) },
-  choices.map(({ text }, which) => h("option", { value: which }, text))));
+function choiceOf(choices, show) {
+  const shown = h("select", { onchange: () => attempt(label, () => show(Number(shown.value))) },
+    choices.map(({ text }, which) => h("option", { value: which }, text)));
+  const label = h("label", {}, "Shown ", shown);
+  return label;
+}
 
 // Landmarks are numbered in their order, from 1; those that are missing are nowhere.
 async function landmarks({ side, array }) {

@@ -5,7 +5,7 @@ import { h, fill, table, warningList, MOST_IN_FULL } from "./dom.js";
 import { download, exportsOf } from "./download.js";
 import { certifiedBadge, count, figure, percent, several } from "./format.js";
 import { dissimilarityPicture, drawHeatMap } from "./heat_map.js";
-import { namesOf } from "./names.js";
+import { completed } from "./names.js";
 import { linkButton } from "./share_link.js";
 
 const NEIGHBOURS = 3;
@@ -14,7 +14,7 @@ const MOST_ROWS = 500;
 /** Draw the dissimilarities known so far. */
 export async function collectionProgress(place, path, signal) {
   const known = await get(path, signal);
-  const names = await namesOf(known.shapes, signal);
+  const names = await completed(known.names, known.shapes, signal);
   if (signal.aborted) return;
   const map = place.querySelector(".heat") ?? h("div", { class: "heat", role: "img", "aria-label": "Heat map" });
   fill(place, h("p", { class: "faint" }, `${count(known.pairs_done)} of ${count(known.pairs)} pairs compared.`), known.pairs_done ? map : null);
@@ -23,7 +23,7 @@ export async function collectionProgress(place, path, signal) {
 }
 
 export async function collectionView(place, result, job, signal) {
-  const names = result.names ?? await namesOf(result.shapes, signal);
+  const names = await completed(result.names, result.shapes, signal);
   document.title = `${result.shapes.length} shapes – isomatch`;
   const map = h("div", { class: "heat", role: "img", "aria-label": "Heat map of the dissimilarities; the table below has the nearest of each shape" });
   const detail = h("section", { class: "card detail", "aria-live": "polite", "aria-label": "The chosen pair", tabindex: -1 },

@@ -1,7 +1,8 @@
 // The mean shape of a registration, which sliders move along its principal components.
 
+import { button } from "./actions.js";
 import { PATIENCE_FOR_FILES, request } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { percent } from "./format.js";
 import { openNpz } from "./npz.js";
 import { canDraw } from "./plotly.js";
@@ -40,7 +41,7 @@ async function showPicture(place, job, signal) {
   fill(place, h("img", { src: address, class: "picture", alt: "The mean shape, and it moved along its principal components" }));
 }
 
-// What is drawn: the mean and what one standard deviation of each component adds to it, in the view's coordinates.
+// The mean, and what one standard deviation of each component adds to it, in the coordinates of the view.
 async function fetched(job, rows, signal) {
   const array = openNpz(await (await request(job.links.arrays, { signal })).arrayBuffer());
   const [mean, faces, components, variances, scores] = await Promise.all(

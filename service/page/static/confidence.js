@@ -27,7 +27,7 @@ function badge({ probability }) {
 
 const list = (reasons) => h("ul", {}, reasons.map((reason) => h("li", {}, withCode(reason))));
 
-/** How sure a match is, as a badge, with the reasons for doubt below when it is opened; null likewise. */
+/** Confidence of a match as a badge, with the reasons for doubt below when it is opened; null likewise. */
 export function confidenceBadge({ confidence }) {
   if (!confidence) return null;
   const { reasons } = confidence;
@@ -35,7 +35,7 @@ export function confidenceBadge({ confidence }) {
     : h("details", { class: "reasons" }, h("summary", {}, badge(confidence), h("span", { class: "visually-hidden" }, ", reasons for doubt")), list(reasons));
 }
 
-/** How sure a match is, with the reasons for doubt; null where its surfaces were not registered. */
+/** Confidence of a match, with the reasons for doubt; null where its surfaces were not registered. */
 export function confidenceNote({ confidence }) {
   if (!confidence) return null;
   const { probability, reasons } = confidence;

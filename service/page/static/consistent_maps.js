@@ -1,5 +1,6 @@
 // Consistent maps of a collection: a heat map whose cells can be chosen, tables of pairs and shapes, and a pair drawn.
 
+import { attempt } from "./actions.js";
 import { confidenceBadge, confidenceNote, confidencePercent } from "./confidence.js";
 import { h, fill, table, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
@@ -13,7 +14,7 @@ import { linkButton } from "./share_link.js";
 /** End of the scale of probabilities. */
 const CERTAINTY = () => ({ most: 1, clipped: false });
 const CONFIDENCE = { title: "confidence", text: confidencePercent, tick: percent, end: CERTAINTY };
-/** What the cells of the heat map have. */
+/** Measures that the cells of the heat map can have. */
 const MEASURES = {
   confidence: { ...CONFIDENCE, of: (pair) => pair.confidence?.probability ?? null },
   confidence_before: { ...CONFIDENCE, of: (pair) => pair.confidence_before?.probability ?? null },
@@ -52,7 +53,7 @@ export async function consistentMapsView(place, result, job, signal) {
   };
   const measure = choiceField("measure", "Cells", CHOICES, 0, "Before is by the match of the pair alone.");
   const drawMap = (name) => drawHeatMap(map, pictureOf(MEASURES[name], pairs, names), choose, signal);
-  measure.addEventListener("change", (event) => drawMap(event.target.value));
+  measure.addEventListener("change", (event) => attempt(measure, () => drawMap(event.target.value)));
   fill(place,
     h("h2", {}, `Maps between ${several(names.length, "shape")}`),
     h("p", {}, summary(result)), errors(result), warningList(result.warnings),
@@ -129,7 +130,7 @@ function shapeTable({ shapes }, names) {
     ["Shape", "Cycle error", "Agreement"], rows);
 }
 
-// What does not fit comes first, then what was improved.
+// Pairs that do not fit come first, then those that were improved.
 function pairTable({ shapes, pairs }, names, choose) {
   const places = new Map(shapes.map(({ shape }, at) => [shape, at]));
   const short = shortened(names);

@@ -1,8 +1,7 @@
 // Deletion of a shape or a prototype, which is asked about first.
 
+import { button } from "./actions.js";
 import { remove } from "./api.js";
-import { button } from "./dom.js";
-import { problemBox } from "./problem.js";
 import { confirmed } from "./question.js";
 
 /**
@@ -10,15 +9,10 @@ import { confirmed } from "./question.js";
  * @param {string} path of the record
  * @param {string} consequence what is lost with it
  */
-export function deleteButton(path, name, consequence) {
-  const ask = button("Delete", async () => {
+export function deleteButton(path, name, consequence, signal) {
+  return button("Delete", async () => {
     if (!(await confirmed(`Delete ${name}?`, consequence, "Delete", "Keep"))) return;
-    try {
-      await remove(path);
-      location.hash = "#/";
-    } catch (error) {
-      ask.after(problemBox(error));
-    }
+    await remove(path);
+    if (!signal.aborted) location.hash = "#/";
   });
-  return ask;
 }

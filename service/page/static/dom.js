@@ -1,6 +1,6 @@
 // Elements of the page, made of text and other elements, never of markup: names cannot inject any.
 
-import { keepFocus, occupied } from "./focus.js";
+import { keepFocus } from "./focus.js";
 
 /**
  * Make an element.
@@ -55,13 +55,6 @@ export function table(caption, heads, rows, attributes = {}) {
     h("table", { class: heads.length > MOST_BESIDE ? "stacked" : null, ...attributes }, h("caption", {}, caption),
       h("thead", {}, h("tr", {}, heads.map((text) => h("th", { scope: "col" }, text)))),
       h("tbody", {}, rows)));
-}
-
-/** A button that does nothing else while its action runs. */
-export function button(text, action, attributes = {}) {
-  const node = h("button", { type: "button", ...attributes }, text);
-  node.addEventListener("click", () => occupied(node, action));
-  return node;
 }
 
 /** Text for plotly.js, which takes some tags for markup, but in drawings in space. */

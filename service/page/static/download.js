@@ -1,9 +1,9 @@
 // Links to files of the service; with an API key, the file is fetched with that key.
 
+import { attempt } from "./actions.js";
 import { PATIENCE_FOR_FILES, request } from "./api.js";
 import { h } from "./dom.js";
 import { key } from "./api_key.js";
-import { problemBox } from "./problem.js";
 
 /** Milliseconds for which a file that is being saved is kept. */
 const KEPT = 60000;
@@ -25,15 +25,13 @@ function nameOf(response) {
 /** @param {string} name name of the downloaded file where the service gives none */
 export function download(path, text, name) {
   const link = h("a", { href: path, download: name }, text);
-  link.addEventListener("click", async (event) => {
+  link.addEventListener("click", (event) => {
     if (key() === null) return;
     event.preventDefault();
-    try {
+    attempt(link, async () => {
       const response = await request(path, { patience: PATIENCE_FOR_FILES });
       save(await response.blob(), nameOf(response) ?? name);
-    } catch (error) {
-      link.after(problemBox(error));
-    }
+    });
   });
   return link;
 }

@@ -1,4 +1,6 @@
-// What was entered into the form of a task, kept in the tab for when one comes back to it.
+// Entries of the form of a task, kept in the tab for when the user comes back to it.
+
+import { keep, kept } from "./tab_storage.js";
 
 const nameOf = (task) => `isomatch-form-${task}`;
 
@@ -16,7 +18,7 @@ export function keepEntries(task, form) {
   store(task, Object.fromEntries(changed.map((field) => [field.name, isBox(field) ? field.checked : field.value])));
 }
 
-const store = (task, entries) => sessionStorage.setItem(nameOf(task), JSON.stringify(entries));
+const store = (task, entries) => keep(nameOf(task), JSON.stringify(entries));
 
 /**
  * Keep the parameters of a job, for the form of another; structures with parameters of their own have no field.
@@ -40,7 +42,7 @@ const usual = (select) => ([...select.options].find((option) => option.defaultSe
 
 /** Fill in what was kept. */
 export function restoreEntries(task, form) {
-  const entries = JSON.parse(sessionStorage.getItem(nameOf(task)) ?? "{}");
+  const entries = JSON.parse(kept(nameOf(task)) ?? "{}");
   for (const field of fieldsOf(form, entries)) {
     const value = entries[field.name];
     if (isBox(field)) field.checked = value === true || String(value) === field.value;

@@ -48,7 +48,7 @@ export async function follow(path, tell, signal, connected = () => {}) {
 export async function resultOf({ links }, signal) {
   await follow(links.events, () => {}, signal);
   const job = await get(links.self, signal);
-  if (job.state !== "succeeded") throw new Problem(0, job.error ?? { detail: "The job was cancelled." });
+  if (job.state !== "succeeded") throw new Problem(null, job.error ?? { detail: "The job was cancelled." });
   return get(`${links.self}/result`, signal);
 }
 

@@ -1,7 +1,7 @@
 // Generated example shapes.
 
+import { button } from "./actions.js";
 import { request } from "./api.js";
-import { button } from "./dom.js";
 
 const PAIR = ["human-standing", "human-walking"];
 const ALL = [...PAIR, "cat-standing", "cat-sitting", "horse-standing", "horse-galloping"];

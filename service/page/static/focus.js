@@ -32,7 +32,7 @@ export async function occupied(button, action) {
   if (isOff(button)) return;
   turnOff(button, true);
   try {
-    await action(button);
+    await action();
   } finally {
     turnOff(button, false);
   }

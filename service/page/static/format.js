@@ -21,7 +21,7 @@ const KINDS = {
   validation: "Upload",
 };
 
-/** What transfers carry, where it has another name than in requests. */
+/** Names of values that transfers carry, where requests have others. */
 const CARRIED = { colors: "colours", skinning: "skinning weights", uv: "texture coordinates" };
 
 export const count = (number) => number.toLocaleString("en");
@@ -53,6 +53,8 @@ export function digits(number, significant = 4) {
 export function percent(share) {
   const value = 100 * share;
   if (value > 0 && value < 0.01) return "less than 0.01 %";
+  // Rounded, less than all would look like all.
+  if (value < 100 && value >= 99.5) return value > 99.99 ? "more than 99.99 %" : `${(Math.floor(100 * value) / 100).toFixed(2)} %`;
   return `${value.toFixed(value < 10 ? 2 : 0)} %`;
 }
 

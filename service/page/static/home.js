@@ -1,7 +1,8 @@
 // The start page: upload and choose shapes, and what is done with them.
 
-import { get } from "./api.js";
-import { h, fill, button, scrolled } from "./dom.js";
+import { button } from "./actions.js";
+import { get, shapeRecord } from "./api.js";
+import { h, fill, scrolled } from "./dom.js";
 import { exampleButtons } from "./examples.js";
 import { keepFocus } from "./focus.js";
 import { markChosen, prototypeList, recentJobs, shapeList } from "./lists.js";
@@ -37,7 +38,7 @@ export async function homeView(place, ids, signal, task = null) {
   signal.addEventListener("abort", () => sight.disconnect());
 
   const choose = (...shapes) => {
-    // What arrives once the page was left is not chosen.
+    // Shapes that arrive once the page was left are not chosen.
     if (signal.aborted) return;
     for (const shape of shapes) {
       // At most one prototype can be chosen, as the source.
@@ -65,7 +66,7 @@ export async function homeView(place, ids, signal, task = null) {
     number.textContent = `${count(chosen.length)} chosen`;
   };
   const listShapes = async () => fill(shapes, await shapeList(choice, signal));
-  // What is listed stays while the service is away, and is listed again when the user comes back to the page.
+  // The list stays while the service is away, and is listed again when the user comes back to the page.
   let stale = false;
   const listAgain = async () => {
     try {
@@ -97,20 +98,28 @@ export async function homeView(place, ids, signal, task = null) {
   const prototypes = h("section", { class: "card", hidden: true });
   fill(lists, jobs, shapes, prototypes);
 
-  const records = await Promise.all(ids.map((id) =>
-    get(`/v1/${id.startsWith("p-") ? "prototypes" : "shapes"}/${encodeURIComponent(id)}`, signal).catch((error) => {
+  const chooseFirst = async () => {
+    const awaited = h("p", { class: "faint", role: "status" });
+    selected.before(awaited);
+    const waiting = () => { awaited.textContent = "Waiting for a shape that is being validated."; };
+    const records = await Promise.all(ids.map((id) => recordOf(id, signal, waiting).catch((error) => {
       selected.before(problemBox(error));
       return null;
     })));
-  if (signal.aborted) return;
-  choose(...records.filter((record) => record?.name));
-  uploads.begin();
-  await Promise.all([listShapes(), recentJobs(jobs, signal),
+    if (signal.aborted) return;
+    awaited.remove();
+    choose(...records.filter((record) => record !== null));
+    uploads.begin();
+  };
+  await Promise.all([chooseFirst(), listShapes(), recentJobs(jobs, signal),
     prototypeList(choice, signal).then((list) => {
       prototypes.hidden = list.length === 0;
       fill(prototypes, list);
     })]);
 }
+
+const recordOf = (id, signal, waiting) => (id.startsWith("p-")
+  ? get(`/v1/prototypes/${encodeURIComponent(id)}`, signal) : shapeRecord(id, signal, waiting));
 
 // For who does not see the list.
 const sentence = (chosen) => (chosen.length > MOST_UNCOUNTED ? `${chosen.length} shapes are chosen.`

@@ -1,10 +1,11 @@
 // A job: its progress and its result.
 
+import { button } from "./actions.js";
 import { Problem, get, remove } from "./api.js";
 import { batchProgress, batchView, stoppedBatchView } from "./batch.js";
 import { collectionProgress, collectionView } from "./collection.js";
 import { consistentMapsView } from "./consistent_maps.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { keepFocus } from "./focus.js";
 import { titleOf } from "./lists.js";
@@ -52,7 +53,7 @@ export async function jobView(place, [id, part], signal) {
       status.show(job, connected);
       if (connected) status.answered();
     });
-    // What is known so far may arrive late.
+    // A partial result may arrive late.
     running.abort();
     if (signal.aborted) return;
     job = await get(path, signal);

@@ -1,7 +1,8 @@
 // The form that requests a job for the chosen shapes.
 
+import { button } from "./actions.js";
 import { get, post } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { keepEntries, resetEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
 import { isOff, occupied, turnOff } from "./focus.js";
@@ -9,6 +10,9 @@ import { count } from "./format.js";
 import { fieldName, problemBox, withNames } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
 import { stillUploading } from "./uploads.js";
+
+/** The metrics and descriptors of the service, requested once. */
+let structures = null;
 
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
 
@@ -24,8 +28,6 @@ export function jobForm(shapes, last, uploading, signal) {
   const submit = h("button", { type: "submit", class: "primary" });
   const awaited = h("span", { class: "faint", role: "status" });
   const form = h("form", { novalidate: true, "aria-label": "Task" });
-  // Requested once: an answer that came twice would replace fields that are already filled in.
-  let structures = null;
   let task;
   let complete = false;
   // A job that is requested now would lack the files that still come.
@@ -43,9 +45,9 @@ export function jobForm(shapes, last, uploading, signal) {
     allow();
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
     try {
-      structures ??= get("/v1/structures", signal);
+      structures ??= get("/v1/structures");
       const known = await structures;
-      if (task !== taken) return;
+      if (task !== taken || signal.aborted) return;
       fill(parts, fieldsOf(task, known, shapes, signal));
       restoreEntries(name, form);
       complete = true;
@@ -69,7 +71,7 @@ export function jobForm(shapes, last, uploading, signal) {
       const named = task.named(shapes);
       try {
         const job = await post(task.path, { ...named, ...values(form) });
-        location.hash = `#/${task.view ?? "jobs"}/${job.id}`;
+        if (!signal.aborted) location.hash = `#/${task.view ?? "jobs"}/${job.id}`;
       } catch (error) {
         fill(said, problemBox(withNames(error, namesIn(named, shapes))));
         showErrors(form, error.errors ?? [], fieldName);

@@ -1,9 +1,10 @@
 // Landmarks of a file that are carried along a dense match, and what is written of them.
 //
 // Carried landmarks have `file`, the name of the file, `end`, 0 for the source, whose landmarks it has, and their
-// `coordinates`; `given`, the landmarks in it; `points` on the source and on the target, null where there is none; `remark`, the
-// warnings of the service, or null; `sure`, their confidences, or null; `moves`, the
-// corrections; and `positions` on the target, corrections included, in the coordinates of its file.
+// `coordinates`; `given`, the landmarks in it; `points` on the source and on the target, each with the `vertices` of the
+// shape's file and `weights`, null where there is none; `positions` on the target, in the coordinates of its file; `sure`, their
+// confidences, or null; `remark`, the warnings of the service, or null; and `moves`, the corrections on the target: index,
+// point of the drawn surface, and position of each.
 
 import { post } from "./api.js";
 import { resultOf } from "./events.js";
@@ -16,23 +17,27 @@ const LABEL = /^[^\p{C}\p{Zl}\p{Zp}]{0,200}$/u;
 
 /**
  * Carry landmarks from one shape of a match to the other, by a transfer of the service.
- * @param {Object} match `id` of its job, and both shapes as `sides`: see drawn_shape.js
+ * @param {string} match id of its job
  * @param {Object} template `file`, `end`, `coordinates` and `given`
  * @throws {Problem} none of the landmarks can be carried
  */
-export async function carryLandmarks({ id, sides }, { file, end, coordinates, given }, signal) {
+export async function carryLandmarks(match, { file, end, coordinates, given }, signal) {
   const sent = given.map(({ label, position }) => ({ label: LABEL.test(label) ? label : null, position }));
-  const job = await post("/v1/transfers", { match: id, what: "landmarks", direction: DIRECTIONS[end], landmarks: sent });
-  const { landmarks, points: images, warnings } = await resultOf(job, signal);
-  const points = [
-    landmarks.map(({ on_source: point }) => pointOn(sides[end], point)), images.map((point) => pointOn(sides[1 - end], point)),
-  ];
-  if (end === TARGET) points.reverse();
-  const sure = end === SOURCE ? landmarks.map(({ confidence }) => confidence) : null;
-  return withMoves({ file, end, coordinates, given, points, remark: warnings.join(". ") || null, sure }, sides[TARGET], []);
+  const job = await post("/v1/transfers", { match, what: "landmarks", direction: DIRECTIONS[end], landmarks: sent });
+  const { landmarks, warnings } = await resultOf(job, signal);
+  const ends = [landmarks.map(({ on_source: point }) => point), landmarks.map((image) => (image.vertices === null ? null : image))];
+  if (end === TARGET) ends.reverse();
+  return {
+    file, end, coordinates, given, remark: warnings.join(". ") || null, moves: [],
+    points: ends.map((points) => points.map((point) => point && { vertices: point.vertices, weights: point.weights })),
+    positions: ends[TARGET].map((point) => point && point.position),
+    sure: end === SOURCE ? landmarks.map(({ confidence }) => confidence) : null,
+  };
 }
 
-const pointOn = ({ place }, point) => point && { corners: point.vertices.map(place), weights: point.weights };
+/** Points on a shape that is drawn, as surface_point.js has them. */
+export const drawnPoints = (points, { place }) =>
+  points.map((point) => point && { corners: point.vertices.map(place), weights: point.weights });
 
 /** Whether a problem is one of the landmarks that are to be carried, whatever the match. */
 export const isOfLandmarks = ({ errors = [] }) => errors.some(({ field }) => field.startsWith("body.landmarks"));
@@ -44,11 +49,7 @@ export function leftOut({ given, points }) {
 }
 
 /** Landmarks with their corrections: the index and the point of each that was moved. */
-export function withMoves(carried, side, moves) {
-  const moved = new Map(moves);
-  const positions = carried.points[TARGET].map((point, i) => (point === null ? null : inFile(side, moved.get(i) ?? point)));
-  return { ...carried, moves, positions };
-}
+export const withMoves = (carried, side, moves) => ({ ...carried, moves: moves.map(([i, point]) => [i, point, inFile(side, point)]) });
 
 // Position of a point in the coordinates of the shape's file.
 function inFile({ unrotated }, point) {
@@ -56,7 +57,7 @@ function inFile({ unrotated }, point) {
   return place.map((value, k) => unrotated.origin[k] + unrotated.scale * value);
 }
 
-/** What is known of each landmark of the target: `label`, `remark`, `confidence`, and `lack`, which says why it has no point. */
+/** Description of each landmark of the target: `label`, `remark`, `confidence`, and `lack`, which says why it has no point. */
 export const landmarksOf = ({ given, end, points, sure }) => given.map(({ label, remark: description, position }, i) => {
   const point = points[end][i];
   const known = sure?.[i] ?? null;
@@ -69,8 +70,8 @@ export const landmarksOf = ({ given, end, points, sure }) => given.map(({ label,
 
 /** Landmarks of the target as files have them, see landmark_files.js. */
 export function writtenOf(carried) {
-  const moved = new Set(carried.moves.map(([i]) => i));
+  const moved = new Map(carried.moves.map(([i, , position]) => [i, position]));
   return landmarksOf(carried).map(({ label, remark, confidence }, i) => ({
-    label, remark: moved.has(i) ? "corrected" : remark, confidence: moved.has(i) ? null : confidence, position: carried.positions[i],
+    label, remark: moved.has(i) ? "corrected" : remark, confidence: moved.has(i) ? null : confidence, position: moved.get(i) ?? carried.positions[i],
   }));
 }

@@ -1,17 +1,17 @@
 // Landmarks of a template carried to all specimens of a batch: a row for each, and one archive of all files.
 
+import { button } from "./actions.js";
 import { Problem, get } from "./api.js";
 import { inDoubt } from "./confidence.js";
-import { button, fill, h, table } from "./dom.js";
+import { fill, h, table } from "./dom.js";
 import { save } from "./download.js";
 import { ended, follow } from "./events.js";
 import { count, several, stateName } from "./format.js";
 import { leftOut, writtenOf } from "./landmark_carrying.js";
-import { landmarkFileArea, systemField } from "./landmark_fields.js";
+import { landmarkFileArea, mayReplace, systemField } from "./landmark_fields.js";
 import { FORMATS, readLandmarks, writeLandmarks, writeTable } from "./landmark_files.js";
 import { recordOf } from "./match.js";
 import { problemBox } from "./problem.js";
-import { confirmed } from "./question.js";
 import { TABLE, Specimens } from "./specimens.js";
 import { throttled } from "./throttle.js";
 import { zipped } from "./zip.js";
@@ -26,14 +26,14 @@ export async function landmarkCollectionView(place, batch, signal) {
   const known = await get(batch.links.partial, signal);
   const template = await recordOf("shapes", known.source, known.source_name, signal);
   if (!batch.parameters.dense || template.id === null) {
-    throw new Problem(0, { title: "No dense maps", detail: "Landmarks are carried along dense maps of shapes that are kept; match again with them." });
+    throw new Problem(null, { title: "No dense maps", detail: "Landmarks are carried along dense maps of shapes that are kept; match again with them." });
   }
   document.title = `Landmarks of ${several(known.matches.length, "specimen")} – isomatch`;
   const said = h("div", { "aria-live": "polite" });
   const progress = h("p", { role: "status", class: "faint" });
   const list = h("section", { "aria-label": "Specimens" });
   const system = systemField();
-  const specimens = new Specimens(known, template, signal);
+  const specimens = new Specimens(known, signal);
   let job = batch;
   const show = () => {
     progress.textContent = sentence(job, specimens);
@@ -45,10 +45,9 @@ export async function landmarkCollectionView(place, batch, signal) {
     try {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates, template.name);
-      if (specimens.all.some(({ carried }) => carried?.moves.length > 0) && !(await confirmed("Carry other landmarks?",
-        "The corrections of all specimens would be lost.", "Carry them", "Keep these"))) return;
-      await specimens.begin({ file: file.name, coordinates, given });
+      if (!(await mayReplace(specimens.all.some(({ carried }) => carried?.moves.length > 0)))) return;
       fill(said);
+      await specimens.begin({ file: file.name, coordinates, given });
     } catch (error) {
       if (!signal.aborted) fill(said, problemBox(error));
     }
@@ -79,12 +78,13 @@ function remarkOn({ all }) {
   return remark === null ? null : h("p", { class: "warnings" }, remark);
 }
 
-function sentence(job, { all, template, fits }) {
+function sentence(job, { all, template, fits, pause }) {
   const matched = all.filter(({ match }) => match.state === "succeeded").length;
   const carried = all.filter((one) => one.carried !== null).length;
   const matches = `${count(matched)} of ${several(all.length, "specimen")} matched${ended(job) ? "" : " so far"}`;
   return template === null ? `${matches}. Choose the landmarks of the template.`
-    : `${matches}, landmarks of ${template.file} carried to ${count(carried)}.${fits ? "" : FULL}`;
+    : `${matches}, landmarks of ${template.file} carried to ${count(carried)}.${fits ? "" : FULL}`
+      + (pause === null ? "" : ` ${pause.message} Trying again.`);
 }
 
 function row({ match, name, stem, carried, problem }) {

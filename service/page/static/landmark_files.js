@@ -16,7 +16,7 @@ const NUMBER = /^[+-]?(\d+[.,]?\d*|[.,]\d+)(e[+-]?\d+)?$/i;
 export const FORMATS = ["mrk.json", "fcsv", "csv"];
 
 /** A file that cannot be read. */
-export class LandmarkFileError extends Error {
+class LandmarkFileError extends Error {
   constructor(message, line = null) {
     super(line === null ? message : `line ${line}: ${message}`);
     this.title = "This file of landmarks cannot be read";

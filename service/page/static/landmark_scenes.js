@@ -11,7 +11,7 @@ import { seenPoint } from "./surface_point.js";
 const [SOURCE, TARGET] = [0, 1];
 /** Height of landmarks above the surface, in units of half the shape's size: names are longer than numbers. */
 const LIFT = 0.03;
-/** Where a missing landmark is drawn: nowhere. */
+/** Position of a missing landmark, which is not drawn. */
 const NOWHERE = [NaN, NaN, NaN];
 
 /** Both shapes with the landmarks on them; those on the target are dragged. */

@@ -1,8 +1,9 @@
 // The list of landmarks beside the shapes: choosing, moving by the keyboard, and resetting.
 
+import { button } from "./actions.js";
 import { css, distinct } from "./colors.js";
 import { inDoubt } from "./confidence.js";
-import { button, h, table } from "./dom.js";
+import { h, table } from "./dom.js";
 
 /** Steps to the right and up, on the screen, of each key. */
 const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -14,12 +15,13 @@ const FINE = 0.1;
  * @param {Corrections} corrections of their positions
  * @param {Selection} selection the landmark that is highlighted
  * @param {function(number, number, number)} step moves a landmark by steps to the right and up
+ * @param {AbortSignal} signal aborted when the table is replaced
  */
-export function landmarkTable(landmarks, corrections, selection, step) {
+export function landmarkTable(landmarks, corrections, selection, step, signal) {
   const sure = landmarks.some(({ confidence }) => confidence !== null);
   const rows = landmarks.map((landmark, i) => row(landmark, i, corrections, selection, step, sure));
   const show = () => rows.forEach(({ update }) => update());
-  selection.addEventListener("change", show);
+  selection.addEventListener("change", show, { signal });
   corrections.addEventListener("change", show);
   show();
   const heads = ["Landmark", ...(sure ? ["Confidence"] : []), "State"];

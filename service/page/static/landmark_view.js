@@ -1,17 +1,18 @@
 // Landmarks carried along a dense match: seen on both shapes, corrected by hand, and downloaded.
 
-import { Problem, get } from "./api.js";
+import { button } from "./actions.js";
+import { Problem, get, shapeRecord } from "./api.js";
 import { Corrections } from "./corrections.js";
-import { button, fill, h } from "./dom.js";
+import { fill, h } from "./dom.js";
 import { save } from "./download.js";
 import { drawnShape } from "./drawn_shape.js";
 import { resultOf } from "./events.js";
 import { isOff, turnOff } from "./focus.js";
 import { several } from "./format.js";
 import { keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
-import { carryLandmarks, landmarksOf, withMoves, writtenOf } from "./landmark_carrying.js";
+import { carryLandmarks, drawnPoints, landmarksOf, withMoves, writtenOf } from "./landmark_carrying.js";
 import { landmarkCollectionView } from "./landmark_collection.js";
-import { landmarkFileArea, systemField } from "./landmark_fields.js";
+import { landmarkFileArea, mayReplace, systemField } from "./landmark_fields.js";
 import { FORMATS, readLandmarks, stemOf, writeLandmarks } from "./landmark_files.js";
 import { LandmarkScenes } from "./landmark_scenes.js";
 import { landmarkTable } from "./landmark_table.js";
@@ -33,11 +34,11 @@ export async function landmarkView(place, [id], signal) {
   if (match.kind === "batch") return landmarkCollectionView(place, match, signal);
   const result = await resultOf(match, signal);
   if (!result.dense || result.source_kind !== "shape") {
-    throw new Problem(0, { title: "No dense map", detail: "Landmarks are carried along the dense map of a match of two shapes; match again with it." });
+    throw new Problem(null, { title: "No dense map", detail: "Landmarks are carried along the dense map of a match of two shapes; match again with it." });
   }
   // An upload may have another name than the one that its file is stored under.
   const shapes = await Promise.all(ENDS.map(async (end) => {
-    const shape = await get(`/v1/shapes/${result[end]}`, signal);
+    const shape = await shapeRecord(result[end], signal);
     return { ...shape, name: result[`${end}_name`] ?? shape.name };
   }));
   document.title = `Landmarks of ${shapes[TARGET].name} – isomatch`;
@@ -50,20 +51,26 @@ export async function landmarkView(place, [id], signal) {
   const selection = new Selection();
   const scenes = new LandmarkScenes(pictures, sides, selection, signal);
   const system = systemField();
+  let corrections = new Corrections([]);
+  let table = new AbortController();
   let newest = null;
   const show = (shown) => {
     const { file, given, remark } = shown;
     fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file}.`), remark === null ? null : h("p", { class: "warnings" }, remark));
-    return showLandmarks(list, shown, { match: id, sides, selection, scenes });
+    const [source, target] = shown.points.map((points, at) => drawnPoints(points, sides[at]));
+    corrections = new Corrections(target, shown.moves);
+    table.abort();
+    table = new AbortController();
+    return showLandmarks(list, shown, source, corrections, { match: id, sides, selection, scenes }, table.signal);
   };
   const take = (end) => async ([file]) => {
-    if (file === undefined) return;
+    if (file === undefined || !(await mayReplace(corrections.anyMoved))) return;
     newest = file;
     fill(said, h("p", { class: "faint" }, `Carrying the landmarks of ${file.name}.`));
     try {
       const coordinates = system.querySelector("select").value;
       const given = readLandmarks(file.name, await file.text(), coordinates, shapes[end].name);
-      const carried = await carryLandmarks({ id, sides }, { file: file.name, end, coordinates, given }, signal);
+      const carried = await carryLandmarks(id, { file: file.name, end, coordinates, given }, signal);
       if (!signal.aborted && newest === file) await show(carried);
     } catch (error) {
       if (!signal.aborted && newest === file) fill(said, problemBox(error));
@@ -96,11 +103,9 @@ async function specimenLinks({ id, batch }, signal) {
 
 const shapeLink = ({ id, name }) => h("a", { href: `#/shapes/${id}` }, name);
 
-async function showLandmarks(list, shown, { match, sides, selection, scenes }) {
+async function showLandmarks(list, shown, source, corrections, { match, sides, selection, scenes }, signal) {
   const side = sides[TARGET];
-  const [source, target] = shown.points;
   const landmarks = landmarksOf(shown);
-  const corrections = new Corrections(target, shown.moves);
   const now = () => withMoves(shown, side, corrections.moves);
   const step = (i, right, up) => {
     const [across, upwards] = scenes.axes;
@@ -124,7 +129,7 @@ async function showLandmarks(list, shown, { match, sides, selection, scenes }) {
   list.hidden = false;
   fill(list,
     h("p", { id: "landmark-keys", class: "faint" }, KEYS),
-    landmarkTable(landmarks, corrections, selection, step),
+    landmarkTable(landmarks, corrections, selection, step, signal),
     h("p", { class: "actions" }, undo, resetAll),
     h("p", { class: "actions" }, "Download: ", FORMATS.map((format) => button(format.toUpperCase(), () =>
       save(new Blob([text(format)]), `${name}.${format}`)))));

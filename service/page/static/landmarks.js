@@ -1,7 +1,8 @@
 // Landmarks: pairs of vertices known to correspond, clicked on the shapes or typed.
 
+import { button } from "./actions.js";
 import { behindNames, css, distinct } from "./colors.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { drawnShape, lifted, rotate } from "./drawn_shape.js";
 import { nearestVertex, pointAt } from "./geometry.js";
 import { canDraw } from "./plotly.js";

@@ -1,13 +1,16 @@
 // Lists of the newest jobs, shapes and prototypes.
 
+import { button } from "./actions.js";
 import { get } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { keepFocus } from "./focus.js";
-import { namesOf } from "./names.js";
+import { completed } from "./names.js";
 import { ago, count, kindName, stateName, time } from "./format.js";
 
 const PAGE = 8;
 const MOST_NAMED = 3;
+/** Lines that are kept up to date: jobs that the service lists at once. */
+const MOST_REFRESHED = 200;
 
 /** Milliseconds until unfinished jobs are requested again. */
 const AGAIN = 4000;
@@ -41,7 +44,8 @@ export async function recentJobs(place, signal) {
       fill(place, await jobList(signal));
       return;
     }
-    const { items } = await get(`/v1/jobs?limit=${PAGE}`, signal);
+    const shown = Math.min(Math.max(known.childElementCount, PAGE), MOST_REFRESHED);
+    const { items } = await get(`/v1/jobs?limit=${shown}`, signal);
     // Lines stay where they are, and with them the focus.
     for (const job of items.reverse()) {
       const line = known.querySelector(`[data-job="${job.id}"]`);
@@ -67,8 +71,7 @@ export async function titleOf(job, signal) {
   const ids = job.kind === "match" ? [job.source, job.target] : job.shapes.slice(0, MOST_NAMED);
   // Shapes are listed once each, and prototypes are named with their version.
   const given = job.prototype === null && (job.kind === "match" || job.names.length === job.shapes.length) ? job.names : [];
-  const stored = await namesOf(ids.filter((_, at) => !given[at]), signal, 1);
-  const names = ids.map((_, at) => given[at] ?? stored.shift());
+  const names = await completed(given, ids, signal, 1);
   if (names.length === 0) return kind;
   const more = job.kind === "match" ? 0 : job.shape_count - names.length;
   return `${kind}: ${names.join(job.kind === "match" ? " and " : ", ")}${more > 0 ? ` and ${count(more)} more` : ""}`;

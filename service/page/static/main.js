@@ -1,6 +1,8 @@
 // Routing: the part of the address after # names the view.
 
-import { button, fill, h } from "./dom.js";
+import { button } from "./actions.js";
+import { fill, h } from "./dom.js";
+import { Problem } from "./api.js";
 import { askForKey } from "./api_key.js";
 import { problemBox } from "./problem.js";
 import { homeView } from "./home.js";
@@ -73,6 +75,14 @@ document.querySelector(".skip").addEventListener("click", (event) => {
 new MutationObserver(() => {
   document.getElementById("title").textContent = document.title;
 }).observe(document.querySelector("title"), { childList: true });
+// Problems of what nobody waits for; that of a view that was left is none.
+window.addEventListener("unhandledrejection", (event) => {
+  const { reason } = event;
+  if (reason instanceof Problem || reason?.name === "AbortError") event.preventDefault();
+  if (reason?.name === "AbortError" || !(reason instanceof Error)) return;
+  main.querySelector(":scope > .problem")?.remove();
+  main.prepend(problemBox(reason));
+});
 takeDroppedAnywhere();
 window.addEventListener("hashchange", show);
 show();

@@ -7,6 +7,7 @@ import { recordOf } from "./match.js";
 import { matchScenes } from "./match_scenes.js";
 import { openNpz } from "./npz.js";
 import { Selection } from "./selection.js";
+import { simplified } from "./vertex_clustering.js";
 
 /** Vertices whose images are marked. */
 const MARKED = 32;
@@ -44,14 +45,24 @@ export function mapScenes(job, signal) {
 
 const fetched = async (job, signal) => openNpz(await (await request(job.links.arrays, { signal })).arrayBuffer());
 
+// The mapped vertices; of those that are drawn as one, the first: there are hundreds of thousands.
+function candidates(geometry, images) {
+  const { left } = simplified(geometry);
+  const first = new Map();
+  geometry.numbers.forEach((number, place) => {
+    if (images[number] >= 0 && !first.has(left(place))) first.set(left(place), place);
+  });
+  return [...first.values()];
+}
+
 // A map as the result of a match: its dense map, and pairs of vertices that are spread over the source.
 async function resultOf(images, { id }, signal) {
   const source = [...images.keys()].filter((vertex) => images[vertex] >= 0);
   const dense = { source, target: source.map((vertex) => images[vertex]) };
   if (id === null) return { dense, correspondences: [] };
-  const { positions, numbers } = await geometryOf(id, signal);
-  const mapped = [...numbers.keys()].filter((place) => images[numbers[place]] >= 0);
-  const correspondences = farthestVertices(positions, mapped, MARKED)
+  const geometry = await geometryOf(id, signal);
+  const { positions, numbers } = geometry;
+  const correspondences = farthestVertices(positions, candidates(geometry, images), MARKED)
     .map((place) => ({ source: numbers[place], target: images[numbers[place]] }));
   return { dense, correspondences };
 }

@@ -1,6 +1,7 @@
 // The result of a match: summary, figures, table of pairs, and both shapes in three dimensions.
 
-import { get, orNull } from "./api.js";
+import { attempt } from "./actions.js";
+import { get, orNull, shapeRecord } from "./api.js";
 import { confidenceNote } from "./confidence.js";
 import { h, fill, figureList, warningList } from "./dom.js";
 import { download } from "./download.js";
@@ -34,6 +35,7 @@ export async function matchView(place, result, job, signal, part) {
   let shown = known[part]?.which ?? 0;
   const address = () => (shown === 0 ? "" : `/${shown}`);
   let drawn = null;
+  let table = new AbortController();
   const choose = async (which) => {
     const hypothesis = known[which];
     shown = which;
@@ -45,18 +47,20 @@ export async function matchView(place, result, job, signal, part) {
     whose.textContent = `These files are of the answer, not of alternative ${which}:`;
     whose.hidden = which === 0;
     const colors = drawn === null ? null : await drawn.show(hypothesis);
-    fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned));
+    table.abort();
+    table = new AbortController();
+    fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned, table.signal));
   };
   fill(place,
     h("h2", {}, name(source, learned), " and ", name(target)),
     proof,
-    warningList(result.warnings), orientationNote(result), alternatives(known, shown, choose),
+    warningList(result.warnings), orientationNote(result, signal), alternatives(known, shown, choose),
     h("div", { class: "judged" }, scenes, pairs), numbers,
     h("p", { class: "actions" },
       linkButton(job.id, address), " ", picture, " ",
       kept ? againLink(result, "Match again with other parameters") : null),
     files(job, result, whose),
-    result.dense !== null && !learned && kept ? carrying(job, source, target) : null,
+    result.dense !== null && !learned && kept ? carrying(job, source, target, signal) : null,
   );
   await choose(shown);
   try {
@@ -89,11 +93,11 @@ function files(job, { dense, source_kind: kind }, whose) {
   }), registered);
 }
 
-// What a dense map carries from one shape to the other.
-const carrying = (job, source, target) => [
+// Links for values and landmarks that a dense map carries from one shape to the other.
+const carrying = (job, source, target, signal) => [
   h("p", { class: "actions" }, h("a", { href: `#/landmarks/${job.id}`, class: "button" }, "Landmarks"),
     h("span", { class: "faint" }, "carried from one shape to the other, and corrected by hand")),
-  transferForm(job, source, target),
+  transferForm(job, source, target, signal),
 ];
 
 const pictureOf = (job, which) => (which === 0
@@ -108,7 +112,7 @@ const name = ({ id, name: called }, learned = false) =>
  * @param {string|null} called its name in the result
  */
 export async function recordOf(kind, id, called, signal) {
-  const record = await orNull(get(`/v1/${kind}/${encodeURIComponent(id)}`, signal))
+  const record = await orNull(kind === "shapes" ? shapeRecord(id, signal) : get(`/v1/${kind}/${encodeURIComponent(id)}`, signal))
     ?? { id: null, name: "a shape that is no longer kept", faces: 0 };
   return { ...record, name: called ?? record.name };
 }
@@ -146,13 +150,14 @@ function summary(result) {
 
 function alternatives(known, shown, choose) {
   if (known.length === 1) return null;
+  const choices = h("fieldset", { class: "alternatives" });
   const options = known.map(({ which, relation, energy }) => h("label", {},
     h("input", {
       type: "radio", name: "hypothesis", value: which, checked: which === shown,
-      onchange: () => choose(which),
+      onchange: () => attempt(choices, () => choose(which)),
     }), " ", which === 0 ? "Answer" : `${which}: ${relation}`,
     h("span", { class: "faint" }, ` energy ${digits(energy)}`)));
-  return h("fieldset", { class: "alternatives" }, h("legend", {}, "Answer and alternatives"), options);
+  return fill(choices, h("legend", {}, "Answer and alternatives"), options);
 }
 
 const overAllSamples = ({ energy, lower_bound: bound, certified }) =>

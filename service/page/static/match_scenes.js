@@ -1,5 +1,6 @@
 // The shapes of a match side by side, turned together and with matched points in the same colours.
 
+import { attempt } from "./actions.js";
 import { behindNames, pointColors, surfaceColors, transferredColors } from "./colors.js";
 import { h, fill } from "./dom.js";
 import { drawnPrototype, drawnShape, lifted, rotate } from "./drawn_shape.js";
@@ -67,7 +68,7 @@ export async function matchScenes(place, result, source, target, selection, sign
   return { show };
 }
 
-/** Why shapes cannot be drawn, or null. */
+/** The reason why shapes cannot be drawn, or null. */
 export function obstacle(shapes) {
   if (shapes.some((shape) => shape.id === null)) return "A shape is no longer kept, so nothing is drawn.";
   return canDraw() ? null : NO_WEBGL;
@@ -81,13 +82,15 @@ const colorText = (result, sides) => (result.dense && sides.length === 2
   : "Colour surfaces by the nearest matched points");
 
 export function toggle(text, options, name, changed) {
-  return h("label", { class: "check" }, h("input", {
+  const label = h("label", { class: "check" });
+  const box = h("input", {
     type: "checkbox", checked: options[name],
-    onchange: (event) => {
-      options[name] = event.target.checked;
-      changed();
+    onchange: () => {
+      options[name] = box.checked;
+      attempt(label, changed);
     },
-  }), " ", text);
+  });
+  return fill(label, box, " ", text);
 }
 
 /** Rotate all shapes upright, and the target to align matched points. */
@@ -117,7 +120,7 @@ function shadesOf(sides, points, colors, dense) {
   const make = (at) => {
     if (dense === null || sides.length === 1) return near(at);
     if (at === 0) return transferredColors(sides, dense, near(1));
-    // What has no partner, as of the whole that a part is matched with, is grey on the target, too.
+    // Vertices without a partner, as of the whole that a part is matched with, are grey on the target, too.
     const mapped = dense.inverse?.target;
     return mapped ? transferredColors([sides[1], sides[1]], { source: mapped, target: mapped }, near(1)) : near(1);
   };

@@ -8,15 +8,16 @@ import { figure } from "./format.js";
  * @param {Array<Object>} pairs correspondences
  * @param {Array<Array<number>>|null} colors colours of the pairs in the drawing
  * @param {boolean} learned whether the source is a prototype
+ * @param {AbortSignal} signal aborted when the table is replaced
  */
-export function pairTable(pairs, colors, selection, learned) {
+export function pairTable(pairs, colors, selection, learned, signal) {
   const rows = pairs.map((pair, at) => row(pair, at, colors?.[at], selection));
   const heads = ["Pair", learned ? "Point of the prototype" : "Source vertex", "Target vertex", "Cost"];
   const show = () => rows.forEach((line, at) => {
     line.classList.toggle("shown", at === selection.shown);
     line.querySelector("button").setAttribute("aria-pressed", String(at === selection.chosen));
   });
-  selection.addEventListener("change", show);
+  selection.addEventListener("change", show, { signal });
   return table("Matched pairs. Hover over or choose a pair to highlight it on both shapes.", heads, rows, { class: "pairs" });
 }
 

@@ -22,10 +22,12 @@ export const colorOf = (name) =>
 
 export const NO_WEBGL = "This browser does not support WebGL, which is needed to draw shapes.";
 
-/** Whether the browser supports WebGL. */
+let drawable = null;
+
+/** Whether the browser supports WebGL; asked once, as too many contexts would end those of drawings. */
 export function canDraw() {
   const canvas = document.createElement("canvas");
-  return (canvas.getContext("webgl2") ?? canvas.getContext("webgl")) !== null;
+  return (drawable ??= (canvas.getContext("webgl2") ?? canvas.getContext("webgl")) !== null);
 }
 
 /** Hide what plotly.js has drawn in an element from screen readers, which are told of the element itself. */

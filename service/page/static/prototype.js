@@ -16,7 +16,7 @@ export async function prototypeView(place, [id], signal) {
   const path = `/v1/prototypes/${encodeURIComponent(id)}`;
   const prototype = await get(path, signal);
   const forget = deleteButton(path, `${prototype.name}, version ${prototype.version}`,
-    "Results of its jobs stay, but it can no longer be matched. Its archive can be downloaded first.");
+    "Results of its jobs stay, but it can no longer be matched. Its archive can be downloaded first.", signal);
   await prototypeDetails(place, prototype, signal, [forget]);
   const list = await jobList(signal, id);
   if (!signal.aborted) place.append(h("section", {}, list));

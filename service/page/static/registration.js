@@ -1,8 +1,9 @@
 // A registration: the mean shape and its components, and the template on each specimen.
 
+import { button } from "./actions.js";
 import { componentView } from "./components.js";
 import { confidenceBadge } from "./confidence.js";
-import { h, fill, button, table, warningList } from "./dom.js";
+import { h, fill, table, warningList } from "./dom.js";
 import { download, exportsOf } from "./download.js";
 import { count, figure, several } from "./format.js";
 import { problemBox } from "./problem.js";

@@ -254,7 +254,7 @@ export class Scene {
     await this.#redraw();
   }
 
-  // What depends on the view.
+  // Draw again the marks that depend on the view.
   async #redraw() {
     if (this.#pair !== null) await this.ring(this.#pair);
     if (this.#names.length > 0) await this.#relabel();

@@ -1,6 +1,6 @@
 // A shape: its record, its drawing and its jobs.
 
-import { get } from "./api.js";
+import { shapeRecord } from "./api.js";
 import { deleteButton } from "./deletion.js";
 import { h, fill, warningList } from "./dom.js";
 import { download } from "./download.js";
@@ -14,13 +14,13 @@ import { rotated } from "./view.js";
 
 export async function shapeView(place, [id], signal) {
   const path = `/v1/shapes/${encodeURIComponent(id)}`;
-  const shape = await get(path, signal);
+  const shape = await shapeRecord(id, signal);
   document.title = `${shape.name} – isomatch`;
   const picture = h("div", { class: "scene", "aria-label": `${shape.name} in three dimensions` });
   const drawn = h("p", { class: "faint" });
   const jobs = h("section", {});
   const forget = deleteButton(path, shape.name,
-    "Results of its jobs stay, but it can no longer be matched or drawn. The file must be uploaded again.");
+    "Results of its jobs stay, but it can no longer be matched or drawn. The file must be uploaded again.", signal);
   fill(place,
     h("h2", {}, shape.name),
     h("p", {}, `${count(shape.vertices)} ${shape.kind === "points" ? "points" : "vertices"}, `

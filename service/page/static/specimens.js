@@ -1,12 +1,12 @@
 // Specimens of a batch, and the landmarks of its template that are carried to them.
 
-import { get } from "./api.js";
-import { drawnShape } from "./drawn_shape.js";
 import { dropLandmarks, keepLandmarks, keptLandmarks } from "./kept_landmarks.js";
 import { carryLandmarks, isOfLandmarks } from "./landmark_carrying.js";
 import { stemOf } from "./landmark_files.js";
 
 const SOURCE = 0;
+/** Milliseconds until landmarks are carried again after a passing problem. */
+const AGAIN = 4000;
 /** Name of the table of all landmarks in an archive. */
 export const TABLE = "landmarks.csv";
 
@@ -19,41 +19,41 @@ export class Specimens extends EventTarget {
   all;
   /** Whether the tab could keep all landmarks. */
   fits = true;
+  /** The passing problem, such as a busy service, after which carrying goes on a little later, or null. */
+  pause = null;
   #batch;
-  #shape;
   #signal;
-  #side = null;
+  #newest = null;
   #busy = false;
 
-  /**
-   * @param {Object} batch `job`, its id, and its `matches`
-   * @param {Object} shape record of the template
-   */
-  constructor({ job, matches }, shape, signal) {
+  /** @param {Object} batch `job`, its id, and its `matches` */
+  constructor({ job, matches }, signal) {
     super();
-    [this.#batch, this.#shape, this.all, this.#signal] = [job, shape, specimensOf(matches), signal];
+    [this.#batch, this.all, this.#signal] = [job, specimensOf(matches), signal];
     this.template = keptLandmarks(job);
   }
 
   /**
-   * Carry other landmarks, to all specimens.
+   * Carry other landmarks, to all specimens, unless others are chosen before they are known to be usable.
    * @param {Object} template `file`, `coordinates` and the landmarks `given`
    * @throws {Problem} none of the landmarks can be carried, if a specimen is matched yet
    */
   async begin(template) {
-    const next = { ...template, end: SOURCE };
+    const next = this.#newest = { ...template, end: SOURCE };
     const matched = this.all.find(({ match }) => match.state === "succeeded");
-    if (matched !== undefined) {
-      await this.#carried(matched, next).catch((problem) => {
-        if (isOfLandmarks(problem)) throw problem;
-      });
-    }
+    const first = matched === undefined ? null : await this.#carried(matched, next).catch((problem) => {
+      if (isOfLandmarks(problem)) throw problem;
+      return null;
+    });
+    // Others may have been chosen meanwhile.
+    if (this.#newest !== next) return;
     this.template = next;
     this.fits = keepLandmarks(this.#batch, this.template);
     for (const one of this.all) {
       [one.carried, one.problem] = [null, null];
       dropLandmarks(one.match.job);
     }
+    if (first !== null) this.#take(matched, first);
     this.#tell();
     this.work();
   }
@@ -74,11 +74,22 @@ export class Specimens extends EventTarget {
       const found = await this.#carried(one, template).then((carried) => ({ carried }), (problem) => ({ problem }));
       // Others may have been chosen meanwhile.
       if (this.#signal.aborted || template !== this.template) continue;
-      Object.assign(one, found);
-      if (one.carried !== null && !keepLandmarks(one.match.job, one.carried)) this.fits = false;
+      this.pause = found.problem?.passing ? found.problem : null;
+      if (this.pause !== null) {
+        this.#tell();
+        await new Promise((resolve) => setTimeout(resolve, AGAIN));
+        continue;
+      }
+      if (found.problem === undefined) this.#take(one, found.carried);
+      else one.problem = found.problem;
       this.#tell();
     }
     this.#busy = false;
+  }
+
+  #take(one, carried) {
+    one.carried = carried;
+    if (!keepLandmarks(one.match.job, carried)) this.fits = false;
   }
 
   #next() {
@@ -86,11 +97,8 @@ export class Specimens extends EventTarget {
       : this.all.find(({ match, carried, problem }) => match.state === "succeeded" && carried === null && problem === null);
   }
 
-  async #carried({ match, name }, template) {
-    const shape = await get(`/v1/shapes/${match.target}`, this.#signal);
-    const target = await drawnShape({ ...shape, name }, "target", this.#signal);
-    this.#side ??= await drawnShape(this.#shape, "source", this.#signal);
-    return carryLandmarks({ id: match.job, sides: [this.#side, target] }, template, this.#signal);
+  #carried({ match }, template) {
+    return carryLandmarks(match.job, template, this.#signal);
   }
 
   #tell() {

@@ -138,7 +138,7 @@ export function tasksFor(count, learned) {
   return count === 2 ? ["match", "compare", "learn", "register", "landmarks"] : ["compare", "learn", "batch", "map", "register", "landmarks"];
 }
 
-// What all names begin with, up to a digit.
+// The common beginning of all names, up to a digit.
 function beginning(shapes) {
   const [first, ...others] = shapes.map((shape) => shape.name.match(/^[^\d.]*/)[0].replace(/[\s_-]+$/, ""));
   return first && others.every((name) => name === first) ? first : "prototype";

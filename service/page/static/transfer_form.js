@@ -19,7 +19,7 @@ const KINDS = [
   ["texture", "the texture of the shape's own file"],
   ["uv", "its texture coordinates (UV)"],
 ];
-/** What the form calls the fields of a request. */
+/** Labels of the fields of a request in the form. */
 export const LABELS = { attributes: "File of values", what: "Kind", direction: "Direction", on: "Onto" };
 const ELEMENTS = [
   ["", "what the values are of"],
@@ -28,7 +28,7 @@ const ELEMENTS = [
 ];
 
 /** A form for a transfer between the shapes of a match; the page of its job has the result. */
-export function transferForm(match, source, target) {
+export function transferForm(match, source, target, signal) {
   const file = fileField("attributes", LABELS.attributes, ENDINGS,
     "NPZ, CSV, PLY, OBJ, GLB, or one label a line (SEG, TXT); row i of vertex i, or of face i. Without one, values in the shape's own file are carried.");
   const said = h("div", { "aria-live": "polite" });
@@ -69,9 +69,9 @@ export function transferForm(match, source, target) {
           const text = job?.waiting_for === "worker" ? `${values.name} waits: no worker is alive.` : `Uploading ${values.name}.`;
           if (said.textContent !== text) fill(said, h("p", { class: "faint" }, text));
         };
-        const attributes = values === undefined ? null : (await upload("/v1/attributes", values, told)).id;
+        const attributes = values === undefined ? null : (await upload("/v1/attributes", values, told, signal)).id;
         const job = await post("/v1/transfers", { match: match.id, attributes, what, direction: towards, on: on || null });
-        location.hash = `#/jobs/${job.id}`;
+        if (!signal.aborted) location.hash = `#/jobs/${job.id}`;
       } catch (error) {
         fill(said, problemBox(error));
         showErrors(form, error.errors ?? [], fieldName);
@@ -81,7 +81,7 @@ export function transferForm(match, source, target) {
   return h("details", { class: "more" }, h("summary", {}, "Transfer: carry values of vertices or faces from one shape to the other"), form);
 }
 
-/** Why the own file of a shape has nothing of a kind to carry, or null if it may have some. */
+/** The reason why the own file of a shape has nothing of a kind to carry, or null if it may have some. */
 function lack(what, { name, file_type: type, has_colors: colored }) {
   if (what === "colors" ? colored : (OWN[what] ?? OWN_VALUES).includes(type)) return null;
   return `${name} has none in its own file; choose ${what in OWN ? "another kind" : "a file of values"}.`;

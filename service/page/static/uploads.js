@@ -1,7 +1,8 @@
 // Uploads of files that are dropped or picked.
 
+import { button } from "./actions.js";
 import { Problem, upload } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill } from "./dom.js";
 import { keepFocus } from "./focus.js";
 import { problemBox } from "./problem.js";
 import { percent, several } from "./format.js";
@@ -11,6 +12,8 @@ import { confirmed } from "./question.js";
 const MOST_UNSCROLLED = 5;
 /** Uploads at a time: a browser has six connections to a service, and others need one meanwhile. */
 const AT_ONCE = 4;
+/** Milliseconds in which shapes arrive together. */
+const TOGETHER = 250;
 /** Endings of files that are landmarks and no mesh. */
 const LANDMARKS = /\.(json|fcsv|tps)$/i;
 const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
@@ -29,7 +32,7 @@ export const stillUploading = (number) => `${several(number, "file")} ${number =
 
 /**
  * A drop zone.
- * @param {function(Object)} arrived called with each uploaded shape, in the order of the files
+ * @param {function(...Object)} arrived called with uploaded shapes, in the order of the files
  * @param {function()} complete called when all have arrived
  * @param {function(number)} pending called with the number of files that are being uploaded, at each change
  * @returns {Object} `node`; `take`, which uploads files; `begin`, from when on files dropped elsewhere are taken
@@ -65,14 +68,23 @@ export function dropZone(arrived, complete, pending, signal) {
       return shape;
     });
     tell();
+    const group = [];
+    let timer = null;
+    const arrive = () => {
+      timer = null;
+      if (group.length > 0) arrived(...group.splice(0));
+    };
     for (const [at, shape] of uploads.entries()) {
       const found = await shape;
       if (found === null) continue;
       const same = first.get(found.id);
       if (same === undefined) first.set(found.id, named[at].name);
       else list.append(note(`${named[at].name} has the same content as ${same}: it is the same shape, and is used once.`));
-      arrived(found);
+      group.push(found);
+      timer ??= setTimeout(arrive, TOGETHER);
     }
+    clearTimeout(timer);
+    arrive();
     await complete();
   };
   const zone = fileArea({ id: "files", accept: ENDINGS, multiple: true }, [h("strong", {}, "Choose meshes"), " or drop them here"],

@@ -24,7 +24,7 @@ export function zipped(files) {
   let start = 0;
   for (const [title, text] of files) {
     const [name, data] = [title, text].map((each) => encoder.encode(each));
-    // What the record before a file and its entry in the list have in common.
+    // Fields that the record before a file and its entry in the list have in common.
     const common = [[VERSION, 2], [UTF8_NAMES, 2], [0, 2], [0, 2], [DATE, 2],
       [checksum(data), 4], [data.length, 4], [data.length, 4], [name.length, 2], [0, 2]];
     const local = record([[0x04034b50, 4], ...common]);

@@ -77,7 +77,9 @@ def test_figures_are_written_as_pages() -> None:
 
 
 def test_classes_are_separated() -> None:
-    figure = draw_dissimilarities(np.zeros((3, 3)), ["a", "b", "a"], ["a", "b", "a"], "")
+    figure = draw_dissimilarities(np.zeros((3, 3)), ["one", "b", "two"], ["z", "b", "z"], "")
+    # Classes are in the order of their first shapes, as in pictures and on the page.
+    assert figure.layout.xaxis.ticktext == ("one", "two", "b")
     borders = [(shape.x0, shape.y0) for shape in figure.layout.shapes]
     assert borders == [(0, 1.5), (1.5, 0)]
     many = [str(number) for number in range(41)]

@@ -10,7 +10,7 @@ import httpx2
 import isomatch
 import numpy as np
 import pytest
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, Request, expect
 
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import PATIENCE, SMALL, accessible, opened
@@ -79,11 +79,16 @@ def requested(page: Page, ids: list[str], folder: Path) -> None:
     isomatch.write_landmarks(broken, [isomatch.LandmarkSet.of([("far", [1e3, 1e3, 1e3])])])
     page.locator("#landmarks-template").set_input_files(str(broken))
     expect(page.get_by_role("alert")).to_contain_text("1 of 1 landmarks is far from the surface")
+    sent: list[Request] = []
+    page.on("request", lambda asked: sent.append(asked))
     page.locator("#landmarks-template").set_input_files(str(landmarks(folder)))
     expect(page.get_by_role("alert")).to_have_count(0)
     expect(page.get_by_role("status").last).to_have_text(
         "2 of 2 specimens matched, landmarks of template.mrk.json carried to 2."
     )
+    assert len([asked for asked in sent if asked.method == "POST"]) == 2
+    # Nothing is drawn: the service tells the positions.
+    assert not any("/v1/shapes/" in asked.url for asked in sent)
 
 
 def test_landmarks_of_a_template_are_carried_to_all(collection: Page, tmp_path: Path) -> None:

@@ -334,6 +334,10 @@ def test_corrections_are_kept_in_the_tab(page: Page, carried: Carried, tmp_path:
     kept()
     expect(page.get_by_text("4 landmarks of template.mrk.json.")).to_be_visible()
     page.locator("[data-ready]").wait_for()
+    # Others do not replace them without a question.
+    page.locator("#landmarks-source").set_input_files(str(carried.file))
+    page.get_by_role("dialog").get_by_role("button", name="Keep these").click()
+    kept()
     page.get_by_role("button", name="Undo").click()
     np.testing.assert_array_equal(saved(page, "csv", tmp_path).positions, before)
     # What is undone does not come back.

@@ -211,7 +211,7 @@ def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:
           matrix: names.map((_, i) => names.map((_, j) => Math.abs(i - j))),
         };
         const nodes = [m.neighbours(result, names, () => {})].flat();
-        document.body.replaceChildren(...nodes);
+        document.querySelector("main").replaceChildren(...nodes);
         const field = document.querySelector("#find");
         if (field === null) return null;
         field.value = " shape 2";
@@ -260,6 +260,219 @@ def test_the_focus_is_kept(page: Page) -> None:
     # What is called the same, what is at its place, what is last, the area, and what is not hidden;
     # what has no focus in it gives none.
     assert call(page, "focus", body, drawn) == ["b", "c", "b", "area", "b", True]
+
+
+def test_only_what_is_all_is_a_hundred_percent(page: Page) -> None:
+    given = [1.0, 0.999999, 0.9999, 0.996, 0.9949, 0.25, 0.0999, 0.00001, 0.0]
+    expected = ["100", "more than 99.99", "99.99", "99.60", "99", "25", "9.99", "less than 0.01"]
+    found = call(page, "format", "return given.map(m.percent)", given)
+    assert found == [f"{text} %" for text in [*expected, "0.00"]]
+
+
+@pytest.mark.parametrize("lack", ["room", "leave", None])
+def test_a_tab_that_may_keep_nothing_works_until_it_is_loaded_again(
+    page: Page, lack: str | None
+) -> None:
+    body = """
+        const allowed = Object.getOwnPropertyDescriptor(window, 'sessionStorage');
+        const { setItem } = Storage.prototype;
+        const refuse = () => { throw new DOMException('no', 'QuotaExceededError'); };
+        m.keep('one', 'before');
+        if (given === 'room') Storage.prototype.setItem = refuse;
+        const forbidden = { ...allowed, get: refuse };
+        if (given === 'leave') Object.defineProperty(window, 'sessionStorage', forbidden);
+        const found = [m.keep('one', 'now'), m.kept('one'), m.kept('two')];
+        const { key } = await import('/page/api_key.js');
+        found.push(key());
+        m.drop('one');
+        found.push(m.kept('one'));
+        Storage.prototype.setItem = setItem;
+        Object.defineProperty(window, 'sessionStorage', allowed);
+        found.push(m.keep('one', 'again'), m.kept('one'), sessionStorage.getItem('one'));
+        m.drop('one');
+        return found;
+    """
+    found = call(page, "tab_storage", body, lack)
+    assert found == [lack is None, "now", None, None, None, True, "again", "again"]
+
+
+def test_tables_that_are_replaced_follow_no_selection(page: Page) -> None:
+    body = """
+        const { Selection } = await import('/page/selection.js');
+        const { landmarkTable } = await import('/page/landmark_table.js');
+        const { Corrections } = await import('/page/corrections.js');
+        const [selection, replaced] = [new Selection(), new AbortController()];
+        const marks = [{ label: 'one', lack: '', confidence: null }];
+        const corrections = new Corrections([{}]);
+        const tables = [
+          m.pairTable([{ source: 1, target: 2, cost: 3 }], null, selection, false, replaced.signal),
+          landmarkTable(marks, corrections, selection, () => {}, replaced.signal),
+        ];
+        const shown = () => tables.map((table) => table.querySelectorAll('.shown').length);
+        selection.choose(0);
+        const before = shown();
+        replaced.abort();
+        selection.clear();
+        return [before, shown()];
+    """
+    assert call(page, "pair_table", body, None) == [[1, 1], [1, 1]]
+
+
+def test_drawings_do_not_end_one_another(page: Page) -> None:
+    """Browsers end the oldest of many WebGL contexts, of which each question would make one."""
+    body = """
+        const { getContext } = HTMLCanvasElement.prototype;
+        m.canDraw();
+        let made = 0;
+        HTMLCanvasElement.prototype.getContext = () => { made += 1; return null; };
+        const answers = [m.canDraw(), m.canDraw()];
+        HTMLCanvasElement.prototype.getContext = getContext;
+        return [answers, made];
+    """
+    assert call(page, "plotly", body, None) == [[True, True], 0]
+
+
+def test_names_are_searched_for_once(page: Page) -> None:
+    """Those of a request are not, but where it gave none."""
+    body = """
+        const answer = window.fetch;
+        const asked = [];
+        const partial = { pairs: 1, pairs_done: 1, labels: null, matrix: [[0, 1], [1, 0]] };
+        window.fetch = async (path) => {
+          asked.push(path);
+          const named = { ...partial, shapes: ['c', 'third-id'], names: given };
+          return Response.json(path === 'named' ? named : { items: [], next_cursor: 'more' });
+        };
+        const { signal } = new AbortController();
+        const found = [];
+        for (const pages of [1, 1, 3, 3]) {
+          await m.namesOf(['first-id-of-none', 'second-id-of-none'], signal, pages);
+          found.push(asked.splice(0).length);
+        }
+        const { collectionProgress } = await import('/page/collection.js');
+        const node = document.createElement('div');
+        document.querySelector('main').append(node);
+        await collectionProgress(node, 'named', signal);
+        window.fetch = answer;
+        const ticks = [...node.querySelectorAll('.xtick text')].map((one) => one.textContent);
+        node.remove();
+        return [found, asked, ticks];
+    """
+    searched, asked, ticks = call(page, "names", body, ["one.off", None])
+    assert searched == [1, 0, 3, 0]
+    assert [path.partition("?")[0] for path in asked] == ["named", *10 * ["/v1/shapes"]]
+    assert ticks == ["one.off", "third-id"]
+
+
+def test_what_fails_is_said_until_the_next_try(page: Page) -> None:
+    """By buttons, boxes, and what nobody waits for; what was left is no failure."""
+    body = """
+        const { toggle } = await import('/page/match_scenes.js');
+        const { Problem } = await import('/page/api.js');
+        const place = document.createElement('div');
+        document.querySelector('main').append(place);
+        const errors = ['lost', 'busy', 'AbortError', null];
+        const fail = async () => {
+          const text = errors.shift();
+          if (text === 'AbortError') throw new DOMException('left', text);
+          if (text) throw new Problem(503, { title: 'Busy', detail: text });
+        };
+        const said = async (act) => {
+          act();
+          await new Promise((resolve) => setTimeout(resolve, 20));
+          return [...document.querySelectorAll('[role=alert] p')].map((one) => one.textContent);
+        };
+        const found = [];
+        for (const control of [m.button('Act', fail), toggle('Act', { on: true }, 'on', fail)]) {
+          place.replaceChildren(control);
+          for (let i = 0; i < 4; i++) found.push(await said(() => control.click()));
+          errors.push('lost', 'busy', 'AbortError', null);
+        }
+        for (const text of ['first', 'second']) {
+          found.push(await said(() => { Promise.reject(new Problem(0, { detail: text })); }));
+        }
+        found.push(await said(() => { Promise.reject(new DOMException('left', 'AbortError')); }));
+        place.remove();
+        document.querySelector('[role=alert]').remove();
+        return found;
+    """
+    tries = [["lost"], ["busy"], [], []]
+    expected = [*tries, *tries, ["first"], ["second"], ["second"]]
+    assert call(page, "actions", body, None) == expected
+
+
+def test_what_is_deleted_leads_back_only_from_its_own_view(page: Page) -> None:
+    body = """
+        const answer = window.fetch;
+        window.fetch = async () => new Response(null, { status: 204 });
+        const reached = [];
+        for (const left of [true, false]) {
+          const leaving = new AbortController();
+          const node = m.deleteButton('/v1/shapes/none', 'a.off', 'It is lost.', leaving.signal);
+          document.querySelector('main').append(node);
+          node.click();
+          document.querySelector('dialog button').click();
+          if (left) leaving.abort();
+          await new Promise((resolve) => setTimeout(resolve, 50));
+          reached.push(location.hash);
+          node.remove();
+        }
+        window.fetch = answer;
+        location.hash = '#/nowhere';
+        return reached;
+    """
+    assert call(page, "deletion", body, None) == ["#/nowhere", "#/"]
+
+
+SPECIMENS = """
+    const answer = window.fetch;
+    const [template, asked] = [{ coordinates: 'LPS', given: [] }, []];
+    const refused = (status, detail) => new Response(JSON.stringify({ detail }), { status });
+    window.fetch = () => new Promise((resolve) => { asked.push(resolve); });
+    const soon = () => new Promise((resolve) => later(resolve, 20));
+    const later = window.setTimeout;
+    const match = { state: 'succeeded', job: 'one', target: 'none', target_name: 'a.off' };
+    const leaving = new AbortController();
+    const all = new m.Specimens({ job: given, matches: [match] }, leaving.signal);
+    const over = (found) => {
+      leaving.abort();
+      sessionStorage.clear();
+      window.fetch = answer;
+      window.setTimeout = later;
+      return found;
+    };
+"""
+"""A batch with one specimen, whose requests `asked` are answered by the test."""
+
+
+def test_specimens_are_tried_again_after_a_passing_problem(page: Page) -> None:
+    body = f"""{SPECIMENS}
+        const begun = all.begin({{ ...template, file: 'a.csv' }});
+        window.setTimeout = (action, time) => later(action, time === 4000 ? 10 : time);
+        const found = [];
+        for (const [status, text] of [[404, ""], [429, "busy"], [503, "away"], [404, "gone"]]) {{
+          asked.shift()(refused(status, text));
+          await soon();
+          found.push([all.pause?.message, all.all[0].problem?.message]);
+        }}
+        await begun;
+        return over(found.slice(1));
+    """
+    expected = [["busy", None], ["away", None], [None, "gone"]]
+    assert call(page, "specimens", body, "batch-busy") == expected
+
+
+def test_the_landmarks_that_were_chosen_last_are_carried(page: Page) -> None:
+    body = f"""{SPECIMENS}
+        const older = all.begin({{ ...template, file: 'older.csv' }});
+        const newer = all.begin({{ ...template, file: 'newer.csv' }});
+        asked[1](refused(404, 'gone'));
+        await newer;
+        asked[0](refused(404, 'gone'));
+        await older;
+        return over(all.template.file);
+    """
+    assert call(page, "specimens", body, "batch-late") == "newer.csv"
 
 
 def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:

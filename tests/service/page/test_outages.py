@@ -106,6 +106,30 @@ def test_the_list_of_shapes_outlasts_an_outage(page: Page, idle: Api) -> None:
     expect(listed).to_have_count(1)
 
 
+def test_a_shape_is_shown_once_it_is_validated(page: Page, idle: Api) -> None:
+    source, _ = put_shapes(idle)
+    upload = httpx2.post(f"{idle.url}/v1/shapes", files={"file": ("new.off", b"OFF # new\n")})
+    assert upload.status_code == 202
+    shape = upload.headers["location"].rpartition("/")[2]
+
+    def known(route: Route) -> None:
+        record = httpx2.get(f"{idle.url}/v1/shapes/{source}").json()
+        route.fulfill(json=record | {"id": shape, "name": "new.off"})
+
+    for address, awaited, shown in (
+        (f"/#/with/{source}/{shape}", "Waiting for a shape", page.locator(".chips li").last),
+        (f"/#/shapes/{shape}", "Loading", page.get_by_role("heading", level=2).first),
+    ):
+        with page.expect_response(f"**/v1/shapes/{shape}"):
+            page.goto(address)
+        expect(page.get_by_text(awaited)).to_be_visible()
+        expect(page.get_by_role("alert")).to_have_count(0)
+        page.route(f"**/v1/shapes/{shape}", known)
+        expect(shown).to_contain_text("new.off")
+        expect(page.get_by_text(awaited)).to_have_count(0)
+        page.unroute(f"**/v1/shapes/{shape}")
+
+
 def test_a_job_waits_for_files_that_are_uploaded(page: Page, idle: Api) -> None:
     page.goto(f"/#/with/{'/'.join(put_shapes(idle))}")
     submit = page.get_by_role("button", name="Match", exact=True)
@@ -123,6 +147,22 @@ def test_a_job_waits_for_files_that_are_uploaded(page: Page, idle: Api) -> None:
     leave(page)
     expect(page.locator(".uploads .name")).to_have_count(0)
     page.wait_for_url("**/#/")
+    # Of many that arrive, few forms are made, and the structures are known.
+    arrived: list[Request] = []
+
+    def taken(route: Route) -> None:
+        arrived.append(route.request)
+        name = f"{len(arrived)}.off"
+        route.fulfill(json={"id": name, "name": name, "vertices": 9, "warnings": []})
+
+    page.route("**/v1/shapes", taken)
+    page.route("**/v1/structures", unanswered)
+    count = "() => { const set = history.replaceState.bind(history); window.forms = 0;"
+    page.evaluate(f"{count} history.replaceState = (...a) => {{ window.forms++; set(...a); }}; }}")
+    page.locator("#files").set_input_files(files(30))
+    expect(page.get_by_text("30 chosen shapes")).to_be_visible()
+    expect(page.get_by_text("Loading the metrics")).to_have_count(0, timeout=5_000)
+    assert page.evaluate("window.forms") < 15
 
 
 def test_an_upload_says_that_no_worker_is_ready(browser: Browser, server: EmbeddedServer) -> None:
@@ -199,6 +239,18 @@ def test_a_request_whose_answer_is_lost_makes_one_job(page: Page, idle: Api) -> 
     submit.click()
     page.wait_for_url("**/#/jobs/*")
     assert [job_of(page)] != made
+    # Who leaves before the answer stays where they are.
+    held: list[Route] = []
+    page.route("**/v1/matches", lambda route: held.append(route))
+    page.go_back()
+    with page.expect_request("**/v1/matches"):
+        submit.click()
+    page.evaluate("location.hash = '#/nowhere'")
+    expect(page.get_by_text("This address does not exist")).to_be_visible()
+    with page.expect_request_finished(lambda asked: asked.url.endswith("/v1/matches")):
+        held[0].continue_()
+    page.evaluate("new Promise((resolve) => setTimeout(resolve, 100))")
+    assert page.url.endswith("#/nowhere")
 
 
 def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> None:
@@ -265,9 +317,13 @@ def test_a_cancelled_job_is_requested_again(page: Page, idle: Api) -> None:
 
 def test_recent_jobs_are_kept_up_to_date(page: Page, idle: Api) -> None:
     source, target = put_shapes(idle)
-    jobs = [requested(idle, "matches", {"source": source, "target": target}) for _ in range(2)]
+    asked: dict[str, object] = {"source": source, "target": target}
+    # The first is on the second page of the list.
+    jobs = [requested(idle, "matches", asked) for _ in range(9)]
+    jobs = [jobs[0], jobs[-1]]
     page.clock.install()
     page.goto("/#/")
+    page.get_by_role("button", name="More").first.click()
     first, second = (page.locator(f"[data-job='{job}']") for job in jobs)
     expect(second.locator(".state")).to_have_text("waiting")
     # Links of the same text are told apart, and large enough for fingers.
@@ -283,7 +339,7 @@ def test_recent_jobs_are_kept_up_to_date(page: Page, idle: Api) -> None:
     expect(first.locator(".state")).to_have_text("cancelled")
     expect(second.get_by_role("link")).to_be_focused()
     # Also what was requested elsewhere, when the user comes back.
-    newer = requested(idle, "matches", {"source": source, "target": target, "points": 9})
+    newer = requested(idle, "matches", {**asked, "points": 9})
     page.evaluate("window.dispatchEvent(new Event('focus'))")
     expect(page.locator("[data-job]").first).to_have_attribute("data-job", newer)
     expect(page.locator("[data-job]").first).to_contain_text("points 9")

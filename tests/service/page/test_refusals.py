@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import httpx2
 import numpy as np
-from playwright.sync_api import Browser, BrowserContext, FilePayload, Page, expect
+from playwright.sync_api import Browser, BrowserContext, FilePayload, Locator, Page, expect
 
 from broker.store import DEFAULT_KEYS
 from service.http.security import read_keys
@@ -231,6 +231,18 @@ def test_addresses_of_nothing(page: Page) -> None:
     expect(page.get_by_role("main")).to_contain_text("This address does not exist")
 
 
+def chosen_cell(page: Page, heat: Locator, row: int, column: int) -> str:
+    """Point at a cell of six rows, and click it; what was said of it."""
+    heat.scroll_into_view_if_needed()
+    box = heat.locator(".heatmaplayer").bounding_box()
+    assert box is not None
+    x, y = box["x"] + (column + 0.5) / 6 * box["width"], box["y"] + (row + 0.5) / 6 * box["height"]
+    page.mouse.move(x - 2, y - 2)
+    said = heat.locator(".hoverlayer .hovertext").text_content()
+    page.mouse.click(x, y)
+    return said or ""
+
+
 def test_a_collection_is_compared_on_a_telephone(
     profile: BrowserContext, api: Api, http: httpx2.Client
 ) -> None:
@@ -269,14 +281,8 @@ def test_a_collection_is_compared_on_a_telephone(
             assert box is not None
             assert box["x"] + box["width"] <= 390
         assert result["labels"] == ["human"] * 2 + ["cat"] * 2 + ["horse"] * 2
-        # The cell in the second row and the fourth column.
-        box = heat.locator(".heatmaplayer").bounding_box()
-        assert box is not None
-        heat.scroll_into_view_if_needed()
-        box = heat.locator(".heatmaplayer").bounding_box()
-        assert box is not None
-        page.mouse.move(box["x"] + 3.4 / 6 * box["width"], box["y"] + 1.4 / 6 * box["height"])
-        page.mouse.click(box["x"] + 3.5 / 6 * box["width"], box["y"] + 1.5 / 6 * box["height"])
+        text = chosen_cell(page, heat, 1, 3)
+        assert text == f"human-walking.offcat-sitting.off{result['matrix'][1][3]:.4g}"
         detail = page.locator(".detail")
         expect(detail).to_contain_text("human-walking.off and cat-sitting.off")
         said = detail.locator("data").get_attribute("value")

@@ -33,11 +33,11 @@ def test_ticks_that_are_apart_all_stay() -> None:
 
 def test_page_and_client_have_the_same_scale() -> None:
     script = (STATIC / "heat_map.js").read_text()
-    names = "COLORSCALE|UPPER_QUANTILE|LEAST_CLIPPED|MOST_NUMBERED"
+    names = "COLORSCALE|UPPER_QUANTILE|LEAST_CLIPPED|MOST_NUMBERED|MOST_NAMES"
     declared = dict(re.findall(rf"const ({names}) = \"?([\w.]+)\"?;", script))
     assert declared["COLORSCALE"].lower() == COLORMAP
     assert COLOR_SCALE.lower() == COLORMAP
-    for name in ("UPPER_QUANTILE", "LEAST_CLIPPED", "MOST_NUMBERED"):
+    for name in ("UPPER_QUANTILE", "LEAST_CLIPPED", "MOST_NUMBERED", "MOST_NAMES"):
         assert float(declared[name]) == getattr(heat_map, name)
         assert getattr(client_heat_map, name) == getattr(heat_map, name)
 

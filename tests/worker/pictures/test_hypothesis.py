@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from broker.contracts import Confidence, MatchResult
+from broker.contracts import Confidence, MatchResult, Refinement
 from service.http.openapi.examples import EXAMPLES
 from worker.pictures import hypothesis_of
 
@@ -31,6 +31,17 @@ def test_a_caption_tells_the_confidence(
 ) -> None:
     told = result(confidence=Confidence(probability=probability, reasons=reasons))
     assert hypothesis_of(told, None).subtitle.splitlines()[0] == line
+
+
+def test_the_match_is_not_drawn_with_the_map_of_an_alternative() -> None:
+    refinement = Refinement(
+        hypothesis=1, stress=0.3, initial_stress=0.4, status="converged", points=()
+    )
+    told = result(refinement=refinement, dense=None)
+    drawn = hypothesis_of(told, None)
+    assert drawn.refinement is None
+    assert "refined" not in drawn.title
+    assert drawn == hypothesis_of(told, 0)
 
 
 def test_reasons_have_two_lines() -> None:
