@@ -212,18 +212,20 @@ def test_a_partial_matrix_is_drawn() -> None:
     assert list(named.layout.xaxis.ticktext) == ["cat", "b" * 8, "dog"]
 
 
-def test_a_matrix_is_drawn_in_the_order_of_its_labels(client: isomatch.Client, pair: Pair) -> None:
+def test_a_matrix_is_drawn_by_class_in_the_order_of_first_shapes(
+    client: isomatch.Client, pair: Pair
+) -> None:
     mesh = blob_meshes()[0]
     long = client.upload((mesh.vertices * [1.0, 1.0, 2.0], mesh.faces))
     shapes, labels = [pair[0], long, pair[1]], ["round", "long", "round"]
     found = client.dissimilarities(shapes, labels, points=4, eigenpairs=30).result()
     figure = found.plot()
     (drawn,) = figure.data
-    ordered = found.matrix[np.ix_([1, 0, 2], [1, 0, 2])]
+    ordered = found.matrix[np.ix_([0, 2, 1], [0, 2, 1])]
     np.testing.assert_array_equal(drawn.customdata, ordered)
     np.testing.assert_array_equal(drawn.z, np.sqrt(ordered))
     assert drawn.colorscale[0][1] == "#440154"  # Viridis
-    assert figure.layout.xaxis.ticktext == ("long", "round", "round")
+    assert figure.layout.xaxis.ticktext == ("round", "round", "long")
     assert figure.layout.yaxis.autorange == "reversed"
     with pytest.raises(ValueError, match="only matches have alternatives"):
         found.plot(alternative=0)
