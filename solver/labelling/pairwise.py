@@ -89,6 +89,9 @@ class PairwiseTerms:
 NO_TABLE: FloatArray = np.empty((0, 0), dtype=np.float64)
 """No tabulated costs."""
 
+NO_WEIGHTS: FloatArray = np.empty((0, 0), dtype=np.float64)
+"""Every two source points have the weight 1."""
+
 NO_TERMS = PairwiseTerms(
     np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float64)
 )
@@ -107,7 +110,7 @@ class PairwiseCosts(NamedTuple):
     source_distances, target_distances
         (N, N) and (M, M).
     beta
-        Weight of the metrics' distortion.
+        (N, N) weights of the metrics' distortion for two source points.
     first, other, cost
         Explicit terms in compressed rows; see :meth:`PairwiseTerms.adjacency`.
     table
@@ -118,7 +121,7 @@ class PairwiseCosts(NamedTuple):
     rows: IntArray
     source_distances: FloatArray
     target_distances: FloatArray
-    beta: float
+    beta: FloatArray
     first: IntArray
     other: IntArray
     cost: FloatArray
@@ -137,7 +140,7 @@ def metric_cost(costs: PairwiseCosts, a: int, b: int) -> float:
     """Cost of two candidates that comes from the metrics, or from the table."""
     c = costs.candidates
     distortion = distortion_cost(
-        costs.beta,
+        costs.beta[c[a, 0], c[b, 0]],
         costs.source_distances[c[a, 0], c[b, 0]],
         costs.target_distances[c[a, 1], c[b, 1]],
     )
@@ -187,9 +190,8 @@ def pairwise_sums(costs: PairwiseCosts, chosen: IntArray) -> FloatArray:
     for i in range(len(chosen)):
         x, y = candidates[chosen[i]]
         for j in range(i + 1, len(chosen)):
-            value = distortion_cost(
-                beta, source[x, candidates[chosen[j], 0]], target[y, candidates[chosen[j], 1]]
-            )
+            other, z = candidates[chosen[j]]
+            value = distortion_cost(beta[x, other], source[x, other], target[y, z])
             if len(table):
                 value += table[chosen[i], chosen[j]]
             if listed:
@@ -219,10 +221,10 @@ def pairwise_table(costs: PairwiseCosts) -> FloatArray:
         else:
             row[:] = 0.0
         distances = costs.target_distances[y]
-        if beta > 0.0:
-            for b in range(count):
-                distance = costs.source_distances[x, candidates[b, 0]]
-                row[b] += distortion_cost(beta, distance, distances[targets[b]])
+        for b in range(count):
+            other = candidates[b, 0]
+            distance = costs.source_distances[x, other]
+            row[b] += distortion_cost(beta[x, other], distance, distances[targets[b]])
         for b in range(count):
             if targets[b] == y:
                 row[b] = np.inf
@@ -247,21 +249,21 @@ def replace_costs(costs: PairwiseCosts, x: int, old: int, new: int, marginal: Fl
         (V,) cost of each candidate given those chosen; changed in place, except for candidates of
         x itself.
     """
-    if costs.beta > 0.0:
-        targets = costs.candidates[:, 1]
-        for other in range(len(costs.rows) - 1):
-            if other == x:
-                continue
-            distance = costs.source_distances[x, other]
-            before = costs.target_distances[targets[max(old, 0)]]
-            after = costs.target_distances[targets[max(new, 0)]]
-            minus = costs.beta if old >= 0 else 0.0
-            plus = costs.beta if new >= 0 else 0.0
-            for a in range(costs.rows[other], costs.rows[other + 1]):
-                y = targets[a]
-                marginal[a] += distortion_cost(plus, distance, after[y]) - distortion_cost(
-                    minus, distance, before[y]
-                )
+    targets = costs.candidates[:, 1]
+    before = costs.target_distances[targets[max(old, 0)]]
+    after = costs.target_distances[targets[max(new, 0)]]
+    for other in range(len(costs.rows) - 1):
+        beta = costs.beta[x, other]
+        if other == x or beta == 0.0:
+            continue
+        distance = costs.source_distances[x, other]
+        minus = beta if old >= 0 else 0.0
+        plus = beta if new >= 0 else 0.0
+        for a in range(costs.rows[other], costs.rows[other + 1]):
+            y = targets[a]
+            marginal[a] += distortion_cost(plus, distance, after[y]) - distortion_cost(
+                minus, distance, before[y]
+            )
     if len(costs.table):
         _replace_tabulated(costs, x, old, new, marginal)
     if len(costs.other):

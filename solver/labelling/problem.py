@@ -22,6 +22,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.labelling.pairwise import (
     NO_TABLE,
     NO_TERMS,
+    NO_WEIGHTS,
     PairwiseCosts,
     PairwiseTerms,
     pairwise_sums,
@@ -57,6 +58,8 @@ class LabellingProblem:
         candidates exclude one another.
     triples
         Third-order costs of the candidates; a triple of which a point is unmatched costs nothing.
+    weights
+        (N, N) symmetric factors > 0 of β for two source points, or `NO_WEIGHTS` for 1.
     """
 
     candidates: IntArray
@@ -68,6 +71,7 @@ class LabellingProblem:
     terms: PairwiseTerms = NO_TERMS
     table: FloatArray = field(default_factory=lambda: NO_TABLE)
     triples: TripleCosts = NO_TRIPLES
+    weights: FloatArray = field(default_factory=lambda: NO_WEIGHTS)
 
     def __post_init__(self) -> None:
         count = len(self.candidates)
@@ -92,7 +96,16 @@ class LabellingProblem:
             raise ValueError("candidates name points that do not exist")
         if (np.diff(self._keys) <= 0).any():
             raise ValueError("candidates must be unique and in lexicographic order")
+        self._check_weights()
         self._check_triples()
+
+    def _check_weights(self) -> None:
+        if not len(self.weights):
+            return
+        if self.weights.shape != self.source_distances.shape:
+            raise ValueError("the weights must be those of every two source points")
+        if not 0.0 < self.weights.min() <= self.weights.max() < np.inf:
+            raise ValueError("weights must be finite and > 0")
 
     def _check_triples(self) -> None:
         third = self.triples
@@ -153,6 +166,12 @@ class LabellingProblem:
         )
 
     @cached_property
+    def beta_of_pairs(self) -> FloatArray:
+        """(N, N) weight β of the distortion for two source points."""
+        shape = self.source_distances.shape
+        return self.beta * (self.weights if len(self.weights) else np.ones(shape))
+
+    @cached_property
     def pairwise_costs(self) -> PairwiseCosts:
         """Pairwise costs in the form that compiled code takes."""
         first, other, cost = self.terms.adjacency(self.n_candidates)
@@ -161,7 +180,7 @@ class LabellingProblem:
             self.first_candidate,
             self.source_distances,
             self.target_distances,
-            self.beta,
+            self.beta_of_pairs,
             first,
             other,
             cost,
@@ -182,7 +201,7 @@ class LabellingProblem:
         )
         costs = self.unary, self.terms.costs, self.table, self.triples.costs
         largest = max(max(each.max(initial=0.0), -each.min(initial=0.0)) for each in costs)
-        return float(max(largest, self.beta * farthest**2))
+        return float(max(largest, self.beta_of_pairs.max(initial=0.0) * farthest**2))
 
     @property
     def all_pairs_cost(self) -> bool:

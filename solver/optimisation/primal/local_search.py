@@ -164,7 +164,7 @@ def partners_of(problem: LabellingProblem, chosen: IntArray) -> IntArray:
 def _largest_sum(problem: LabellingProblem) -> float:
     """Upper bound of the magnitude of the energy without occlusion costs."""
     spread = max(problem.source_distances.max(), problem.target_distances.max())
-    metric = problem.beta * problem.n_sources**2 * spread**2
+    metric = problem.beta_of_pairs.max() * problem.n_sources**2 * spread**2
     unary = problem.n_sources * np.abs(problem.unary).max(initial=0.0)
     largest = max(problem.table.max(initial=0.0), -problem.table.min(initial=0.0))
     table = problem.n_sources**2 * largest
@@ -211,7 +211,7 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
     """Best change for x: its gain, x's new candidate, and the other point and its new one."""
     # Every array is taken out of the tuple once: that counts references, which takes longer than a
     # cost.
-    candidates, rows, beta = costs.candidates, costs.rows, costs.beta
+    candidates, rows, betas = costs.candidates, costs.rows, costs.beta[x]
     source, target = costs.source_distances[x], costs.target_distances
     more, table = len(costs.other) > 0 or len(triples.points) > 0, costs.table
     tabulated = len(table) > 0
@@ -230,7 +230,7 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
                 best, best_b, best_other, best_c = marginal[b] - cost_a, b, -1, -1
             continue
         o = chosen[other]
-        distance = source[other]
+        distance, beta = source[other], betas[other]
         left = cost_a + marginal[o]
         if a >= 0:
             left -= distortion_cost(beta, distance, target[candidates[a, 1], y])

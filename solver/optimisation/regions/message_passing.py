@@ -27,12 +27,12 @@ class MetricCosts(NamedTuple):
         (N, N) and (M, M) symmetric distances. The diagonal of the latter is negative, so that two
         source points with the same target point cost more than a limit.
     beta
-        Weight β > 0.
+        (N, N) weights β > 0 of two source points.
     """
 
     source: FloatArray
     target: FloatArray
-    beta: float
+    beta: FloatArray
 
     @classmethod
     def of(cls, problem: LabellingProblem, limit: float) -> "MetricCosts":
@@ -46,8 +46,9 @@ class MetricCosts(NamedTuple):
             Energy that is reached where a target point is used twice, not negative.
         """
         target = problem.target_distances.copy()
-        np.fill_diagonal(target, -np.sqrt(2.0 * (limit + problem.scale) / problem.beta))
-        return cls(np.ascontiguousarray(problem.source_distances), target, problem.beta)
+        beta = problem.beta_of_pairs
+        np.fill_diagonal(target, -np.sqrt(2.0 * (limit + problem.scale) / beta.min()))
+        return cls(np.ascontiguousarray(problem.source_distances), target, beta)
 
 
 @kernel
@@ -123,7 +124,7 @@ def _write_least(
     """As :func:`.mplp_sweep` needs it, of pairwise costs, target points, and (M,) scratch space."""
     costs, targets, scratch = labels
     theirs, ours = targets[rows[x] : rows[x + 1]], targets[rows[y] : rows[y + 1]]
-    distance = costs.source[y, x]
+    distance, beta, target = costs.source[y, x], costs.beta[y, x], costs.target
     count, other = len(ours), len(theirs)
     alone = np.inf
     if other > 0 and theirs[other - 1] == UNMATCHED:
@@ -136,16 +137,17 @@ def _write_least(
             least[count] = min(least[count], offsets[b])
     if count > _DENSE * len(scratch):
         scratch[:] = alone
-        _lower(costs, distance, theirs, other, offsets, scratch)
+        _lower(target, beta, distance, theirs, other, offsets, scratch)
         for a in range(count):
             least[a] = scratch[ours[a]]
     else:
-        _lower_some(costs, distance, theirs, other, offsets, ours, count, alone, least)
+        _lower_some(target, beta, distance, theirs, other, offsets, ours, count, alone, least)
 
 
 @kernel
 def _lower(
-    costs: MetricCosts,
+    target: FloatArray,
+    beta: float,
     distance: float,
     theirs: IntArray,
     other: int,
@@ -153,7 +155,7 @@ def _lower(
     least: FloatArray,
 ) -> None:
     """Lower the cost of each target point to the least with some labels, four at a time."""
-    target, beta, b = costs.target, costs.beta, 0
+    b = 0
     while b + 4 <= other:
         p, q = target[theirs[b]], target[theirs[b + 1]]
         r, s = target[theirs[b + 2]], target[theirs[b + 3]]
@@ -178,7 +180,8 @@ def _lower(
 
 @kernel
 def _lower_some(
-    costs: MetricCosts,
+    target: FloatArray,
+    beta: float,
     distance: float,
     theirs: IntArray,
     other: int,
@@ -189,7 +192,7 @@ def _lower_some(
     least: FloatArray,
 ) -> None:
     """Write the least cost of some labels with others, at most a given one."""
-    target, beta, a = costs.target, costs.beta, 0
+    a = 0
     while a + 4 <= count:
         p, q, r, s = most, most, most, most
         i, j, k, h = ours[a], ours[a + 1], ours[a + 2], ours[a + 3]

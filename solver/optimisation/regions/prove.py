@@ -1,17 +1,24 @@
 """Proof of optimality over all candidates of a problem, however many."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from solver.arrays import IntArray
 from solver.control import UNLIMITED, Control, Status, iterate
 from solver.labelling import LabellingProblem, Method, Solution
 from solver.optimisation.primal import solve_lap
-from solver.optimisation.regions.search import RegionSearch
+from solver.optimisation.regions.blocks import BlockSearch, BlockSearchState
+from solver.optimisation.regions.search import MEMORY, RegionSearch, RegionSearchState
 
 _WORK_PER_SECOND = 3e9
 """Pairs of labels that one core looks at in a second, nearly."""
 _MOST_BYTES = 64 * 2**20
 """Bytes of the messages of all candidates above which nothing is proven: 8 |V| N."""
+
+
+_MANY_POINTS = 40
+"""Source points from which on blocks of them are bounded, too. Of fewer, blocks of a size that can
+be solved bound no better than regions do in the same time."""
 
 
 def can_prove(problem: LabellingProblem) -> bool:
@@ -76,13 +83,59 @@ def prove(
     if problem.beta == 0.0 or not problem.n_candidates:
         energy = problem.energy(assignment)
         return Solution(assignment, energy, energy, 0, Method.BRANCH_AND_BOUND)
-    search = RegionSearch(problem, starts or [assignment], seconds * _WORK_PER_SECOND, control)
-    ended = iterate(search, UNLIMITED, control)
-    state, status = ended.state, ended.status
-    if state.open and status is Status.CONVERGED:
+    proof = _Proof(problem, starts or [assignment], seconds * _WORK_PER_SECOND, control)
+    ended = iterate(proof, UNLIMITED, control)
+    regions, status = ended.state.regions, ended.status
+    if regions.open and status is Status.CONVERGED:
         status = Status.ITERATIONS
-    best = state.incumbent
-    bound = min(max(state.lower_bound, 0.0), best.energy)
+    best = regions.incumbent
+    bound = min(max(ended.state.lower_bound, 0.0), best.energy)
     return Solution(
-        best.partners, best.energy, bound, state.regions, Method.BRANCH_AND_BOUND, status
+        best.partners, best.energy, bound, regions.regions, Method.BRANCH_AND_BOUND, status
     )
+
+
+@dataclass(eq=False)
+class _ProofState:
+    """The regions, and the blocks of all of them once these are bounded."""
+
+    regions: RegionSearchState
+    search: BlockSearch | None = None
+    blocks: BlockSearchState | None = None
+
+    @property
+    def lower_bound(self) -> float:
+        return max(self.regions.lower_bound, self.blocks.bound if self.blocks else 0.0)
+
+
+class _Proof:
+    """Search of regions and, of many points, bounds of blocks, with equal shares of the work."""
+
+    def __init__(
+        self, problem: LabellingProblem, starts: Sequence[IntArray], work: float, control: Control
+    ) -> None:
+        self._problem, self._control = problem, control
+        self._many = problem.n_sources >= _MANY_POINTS and problem.must_match_all
+        self._memory = MEMORY // 2 if self._many else MEMORY
+        self._search = RegionSearch(problem, starts, work, control, self._memory)
+
+    def init(self) -> _ProofState:
+        return _ProofState(self._search.init())
+
+    def step(self, state: _ProofState) -> _ProofState:
+        regions, search, blocks = state.regions, state.search, state.blocks
+        if search and blocks and not search.done(blocks) and 2.0 * blocks.work < regions.work:
+            before = blocks.work
+            state.blocks = blocks = search.step(blocks)
+            regions.work += blocks.work - before
+            if blocks.bound >= regions.limit:
+                regions.open.clear()
+            return state
+        state.regions = regions = self._search.step(regions)
+        if self._many and not search and regions.open:
+            state.search = BlockSearch(self._problem, regions.open[0], self._control, self._memory)
+            state.blocks = state.search.init()
+        return state
+
+    def done(self, state: _ProofState) -> bool:
+        return self._search.done(state.regions)

@@ -26,7 +26,7 @@ _SEARCH_WORK = 8_000_000
 """Nodes times labels of such a search, after which the region is divided further: some 20 ms."""
 _PATIENCE = 8
 """Regions divided after such a search until the next ones are as much longer."""
-_MEMORY = 256 * 2**20
+MEMORY = 256 * 2**20
 """Bytes of the messages of open regions, 8 N L each; beyond, some are forgotten until needed."""
 _STEP_WORK = 10**7
 """Work of a step apart from what is counted: some 3 ms."""
@@ -90,13 +90,20 @@ class RegionSearch:
         Limit on the pairs of labels looked at: some 3 · 10⁹ a second.
     control
         Cancels and ends steps.
+    memory
+        Limit on the bytes of the messages of open regions.
     """
 
     def __init__(
-        self, problem: LabellingProblem, starts: Sequence[IntArray], work: float, control: Control
+        self,
+        problem: LabellingProblem,
+        starts: Sequence[IntArray],
+        work: float,
+        control: Control,
+        memory: int = MEMORY,
     ) -> None:
         self._problem, self._starts, self._work = problem, starts, work
-        self._control = control
+        self._control, self._memory = control, memory
 
     def init(self) -> RegionSearchState:
         """Return the region of all correspondences, and the best local optimum near the starts."""
@@ -154,7 +161,7 @@ class RegionSearch:
         state.open.sort(key=attrgetter("bound"))
         for place, region in enumerate(state.open):
             used += region.messages.nbytes
-            if used > _MEMORY and region.is_divided and place > 0:
+            if used > self._memory and region.is_divided and place > 0:
                 state.open[place] = region.without_messages()
 
     def _searched(self, state: RegionSearchState, region: Region) -> bool:

@@ -26,7 +26,8 @@ def plain_costs(costs: MetricCosts, points: IntArray, targets: IntArray) -> Floa
     """(L, L) pairwise costs of labels."""
     matched = targets != UNMATCHED
     difference = costs.source[np.ix_(points, points)] - costs.target[np.ix_(targets, targets)]
-    found: FloatArray = costs.beta * difference**2 * (matched[:, None] & matched[None])
+    beta = costs.beta[np.ix_(points, points)]
+    found: FloatArray = beta * difference**2 * (matched[:, None] & matched[None])
     return found
 
 
