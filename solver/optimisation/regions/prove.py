@@ -14,8 +14,6 @@ _WORK_PER_SECOND = 3e9
 """Pairs of labels that one core looks at in a second, nearly."""
 _MOST_BYTES = 64 * 2**20
 """Bytes of the messages of all candidates above which nothing is proven: 8 |V| N."""
-
-
 _MANY_POINTS = 40
 """Source points from which on blocks of them are bounded, too. Of fewer, blocks of a size that can
 be solved bound no better than regions do in the same time."""
