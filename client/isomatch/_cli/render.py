@@ -24,6 +24,7 @@ from isomatch._models import (
     StructureParameter,
     Structures,
 )
+from isomatch._models.confidence import SURE
 from isomatch._results import Batch, BatchMatch, Dissimilarities, Match, Transfer
 
 FILE_WIDTH = 120
@@ -110,7 +111,9 @@ def _seconds(timings: Mapping[str, float]) -> str:
 
 
 def _answer(found: Confidence) -> str:
-    return str(found) if found.in_doubt else f"likely right, {found}"
+    if found.in_doubt:
+        return str(found)
+    return f"{'sure' if found.probability >= SURE else 'likely right'}, {found}"
 
 
 def named_values(rows: Mapping[str, str]) -> Table:

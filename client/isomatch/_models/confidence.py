@@ -6,6 +6,8 @@ from pydantic import FiniteFloat
 
 from isomatch._models.answer import Answer
 
+SURE: Final = 0.9
+"""Probability of being right from which there are no reasons for doubt."""
 LIKELY_RIGHT: Final = 0.5
 """Probability of being right above which an answer is not in doubt."""
 

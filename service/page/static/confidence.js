@@ -5,14 +5,14 @@ import { h, withCode } from "./dom.js";
 /** Probability of being right above which an answer is not in doubt (broker/contracts/results.py). */
 const LIKELY_RIGHT = 0.5;
 /** Probability from which on nobody needs to check it. */
-const SURE = 0.8;
+const SURE = 0.9;
 
 export const inDoubt = (probability) => probability <= LIKELY_RIGHT;
 
 const LEVELS = [
   { holds: inDoubt, badge: "doubt", meaning: "The answer may be wrong." },
-  { holds: (one) => one < SURE, badge: "fair", meaning: "The answer is rather right than wrong; check it." },
-  { holds: () => true, badge: "good", meaning: "The answer is likely right." },
+  { holds: (one) => one < SURE, badge: "fair", meaning: "The answer is likely right; check it." },
+  { holds: () => true, badge: "good", meaning: "The answer is almost certainly right." },
 ];
 
 const levelOf = (probability) => LEVELS.find(({ holds }) => holds(probability));

@@ -64,7 +64,7 @@ def test_a_match_that_is_sure() -> None:
     assert (found.confidence.probability, found.confidence.reasons) == (0.97, ())
     assert not found.confidence.in_doubt
     assert ", confidence 97 %, energy 0.0145, certified among its candidates, " in repr(found)
-    assert "likely right, confidence 97 %" in printed(found)
+    assert "sure, confidence 97 %" in printed(found)
 
 
 def test_a_match_that_is_in_doubt_says_why() -> None:
@@ -112,7 +112,7 @@ def test_a_transfer_says_that_its_match_is_in_doubt() -> None:
     carried = OPENAPI["paths"]["/v1/jobs/{job_id}/result"]["get"]["responses"]["200"]["content"]
     example = carried["application/json"]["examples"]["transfer"]["value"]
     for confidence, words in (
-        (EXAMPLE["confidence"], "likely right, confidence 97 %"),
+        (EXAMPLE["confidence"], "sure, confidence 97 %"),
         (DOUBT, PHRASE),
     ):
         found = isomatch.Transfer.from_json(json.dumps(example | {"confidence": confidence}))

@@ -355,7 +355,7 @@ def test_confidence_is_shown_with_the_reasons(page: Page, api: Api, matched: Pag
     sure: Json = {"probability": 0.97, "reasons": []}
     doubt: Json = {"probability": 0.31, "reasons": ["the <b>mirror</b> image fits", "few points"]}
     for confidence, badge, said in (
-        (sure, "confidence 97 %", "The answer is likely right."),
+        (sure, "confidence 97 %", "The answer is almost certainly right."),
         (doubt, "in doubt, confidence 31 %", "The answer may be wrong."),
     ):
         page.route(f"**/v1/jobs/{job}/result", answering(result | {"confidence": confidence}))

@@ -142,8 +142,8 @@ def test_scales_are_those_of_pictures(page: Page) -> None:
         (0.499, "doubt"),
         (0.5, "doubt"),
         (0.501, "fair"),
-        (0.799, "fair"),
-        (0.8, "good"),
+        (0.899, "fair"),
+        (0.9, "good"),
         (1.0, "good"),
     ],
 )
