@@ -1,13 +1,15 @@
-"""Tables of parameters and structures in the documents."""
+"""Tables of parameters, structures and problems in the documents."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
+from operator import attrgetter
 from typing import Final
 
-from broker.contracts import Structure, catalogue
+from broker.contracts import ProblemType, Structure, catalogue
 from codegen.described import JOBS, Described, first_sentence
 
-DOCUMENTS: Final = ("docs/parameters.md", "docs/mathematics.md", "README.md")
+DOCUMENTS: Final = ("docs/api.md", "docs/parameters.md", "docs/mathematics.md", "README.md")
 """Documents with parts between ``<!-- generated: NAME -->`` and ``<!-- end -->``."""
 
 Jobs = Mapping[str, Sequence[Described]]
@@ -78,6 +80,15 @@ def _structures() -> str:
     return _table(heads, rows)
 
 
+def _problems() -> str:
+    status = attrgetter("status")
+    rows = [
+        (str(number), ", ".join(f"`{one.slug}`" for one in problems))
+        for number, problems in groupby(sorted(ProblemType, key=status), key=status)
+    ]
+    return _table(("status", "types"), rows)
+
+
 def _short(default: object) -> str:
     if isinstance(default, tuple):
         return f"{len(default)} values from {default[0]:.2g} to {default[-1]:.2g}"
@@ -96,6 +107,7 @@ def _of(job: str) -> Callable[[Jobs], str]:
 
 _PARTS: Final[dict[str, Callable[[Jobs], str]]] = {
     **{job.name.lower(): _of(job.name) for job in JOBS},
+    "problems": lambda jobs: _problems(),
     "structures": lambda jobs: _structures(),
     "summary": lambda jobs: _summary(jobs["MATCH"]),
 }
