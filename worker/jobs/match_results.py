@@ -1,8 +1,11 @@
 """Results of matches: the document, and the same as arrays."""
 
 import gzip
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, MatchSummary, is_prototype
@@ -104,19 +107,24 @@ def arrays_of(result: MatchResult) -> bytes:
     if result.dense is not None:
         arrays["dense_source"] = np.array(result.dense.source, dtype=np.int64)
         arrays["dense_target"] = np.array(result.dense.target, dtype=np.int64)
-        arrays["dense_faces"] = np.array(result.dense.faces, dtype=np.int64)
-        arrays["dense_barycentric"] = np.array(result.dense.barycentric, dtype=np.float64)
+        arrays["dense_faces"] = _triples(result.dense.faces, np.int64)
+        arrays["dense_barycentric"] = _triples(result.dense.barycentric, np.float64)
         if result.dense.inverse is not None:
             inverse = result.dense.inverse
             arrays["inverse_target"] = np.array(inverse.target, dtype=np.int64)
             arrays["inverse_source"] = np.array(inverse.source, dtype=np.int64)
-            arrays["inverse_faces"] = np.array(inverse.faces, dtype=np.int64)
-            arrays["inverse_barycentric"] = np.array(inverse.barycentric, dtype=np.float64)
+            arrays["inverse_faces"] = _triples(inverse.faces, np.int64)
+            arrays["inverse_barycentric"] = _triples(inverse.barycentric, np.float64)
     if result.refinement is not None:
         points = result.refinement.points
-        arrays["refined_vertices"] = np.array([one.vertices for one in points], dtype=np.int64)
-        arrays["refined_weights"] = np.array([one.weights for one in points], dtype=np.float64)
+        arrays["refined_vertices"] = _triples([one.vertices for one in points], np.int64)
+        arrays["refined_weights"] = _triples([one.weights for one in points], np.float64)
     return npz_bytes(arrays)
+
+
+def _triples(rows: Sequence[tuple[float, ...]], dtype: type[np.generic]) -> NDArray[Any]:
+    """(n, 3) array, also of no rows."""
+    return np.array(rows, dtype=dtype).reshape(-1, 3)
 
 
 def summary_of(result: MatchResult) -> MatchSummary:

@@ -134,8 +134,8 @@ def _target_points(target: TriangleMesh, vertices: FloatArray, answer: Hypothesi
         numbers = np.array([pair.target for pair in answer.correspondences], dtype=np.int64)
         return vertices[target.vertices_of(numbers)]
     refined = answer.refinement.points
-    corners = np.array([point.vertices for point in refined], dtype=np.int64)
-    weights = np.array([point.weights for point in refined])
+    corners = np.array([point.vertices for point in refined], dtype=np.int64).reshape(-1, 3)
+    weights = np.array([point.weights for point in refined], dtype=np.float64).reshape(-1, 3)
     places: FloatArray = np.einsum("kc,kcd->kd", weights, vertices[target.vertices_of(corners)])
     return places
 

@@ -73,6 +73,17 @@ def test_dense_and_refined_matches_have_more_arrays() -> None:
     assert tuple(found["refined_vertices"][5]) == one.vertices
 
 
+def test_a_refined_match_without_pairs_has_arrays_of_no_rows() -> None:
+    parameters = MatchParameters(points=6, occlusion_cost=1e-9, refine="gmds", orientation=False)
+    payload = MatchPayload(source="a", target="b", parameters=parameters)
+    source, target = MatchInput(shapes.torus(), None), MatchInput(shapes.blob(2), None)
+    result = match_shapes(source, target, payload, Control())
+    assert result.refinement is not None
+    assert (result.correspondences, result.refinement.points) == ((), ())
+    found = arrays(result)
+    assert found["refined_vertices"].shape == found["refined_weights"].shape == (0, 3)
+
+
 def document(**changes: Any) -> MatchResult:
     """The document of a small match, with parts of it replaced."""
     source = Shape(shapes.blob(2))

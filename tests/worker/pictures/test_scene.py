@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import pdist
 
-from broker.contracts import Correspondence, DenseCorrespondence, InverseCorrespondence
+from broker.contracts import (
+    Correspondence,
+    DenseCorrespondence,
+    InverseCorrespondence,
+    Refinement,
+)
 from solver.mesh import triangle_mesh
 from solver.prototype import PrototypeOptions, connected_examples, learn_prototype
 from solver.shape import Shape
 from synthetic import HUMAN_POSES, human
 from tests.solver import shapes
+from worker.pictures import draw_match
 from worker.pictures.coloring import UNMAPPED
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.scene import match_scenes, prototype_scenes
@@ -56,3 +62,14 @@ def test_vertices_without_a_partner_are_grey_on_both_shapes() -> None:
         np.flatnonzero((scene.colors == UNMAPPED).all(axis=1)).tolist() for scene in (left, right)
     ]
     assert grey == [[0], [mesh.n_vertices - 1]]
+
+
+def test_a_refined_match_without_pairs_is_drawn() -> None:
+    refinement = Refinement(
+        hypothesis=0, stress=0.0, initial_stress=0.0, status="converged", points=()
+    )
+    mesh = shapes.blob(1)
+    answer = Hypothesis((), refinement, None, "", "")
+    for scene in match_scenes(mesh, mesh, answer):
+        assert scene.points.shape == (0, 3)
+    assert draw_match(mesh, mesh, answer).startswith(b"\x89PNG")
