@@ -165,7 +165,7 @@ def _carry_texture(request: TransferRequest) -> Carried:
     back = request.back()
     pixels = PullBack.along(back, request.target())
     colors = _texture_colors(request.payload, back, pixels, request.store)
-    return Carried((colors,), warnings=_without_value([colors], [pixels]))
+    return Carried((colors,), warnings=rows_without_value([colors], [pixels]))
 
 
 def _carry_texture_coordinates(request: TransferRequest) -> Carried:
@@ -198,7 +198,7 @@ def _carry_values(request: TransferRequest) -> Carried:
         for one in chosen
     ]
     along = [ways[one.on or VERTICES] for one in chosen]
-    return Carried(tuple(carried), warnings=_without_value(carried, along))
+    return Carried(tuple(carried), warnings=rows_without_value(carried, along))
 
 
 _CARRIERS: Final[Mapping[TransferKind, Callable[[TransferRequest], Carried]]] = {
@@ -280,8 +280,16 @@ def _own_colors(mesh: TriangleMesh) -> Attribute:
     return colors_of_file(mesh, mesh.colors)
 
 
-def _without_value(carried: Sequence[Attribute], along: Sequence[Along]) -> tuple[str, ...]:
-    """How many rows have no value, and why, if some have none."""
+def rows_without_value(carried: Sequence[Attribute], along: Sequence[Along]) -> tuple[str, ...]:
+    """Return how many rows have no value, and why, if some have none.
+
+    Parameters
+    ----------
+    carried
+        Attributes, by the user's numbers.
+    along
+        The map of each.
+    """
     outside: dict[str, None] = {}
     unknown: dict[tuple[int, str], list[str]] = {}
     for one, way in zip(carried, along, strict=True):
@@ -289,7 +297,8 @@ def _without_value(carried: Sequence[Attribute], along: Sequence[Along]) -> tupl
         if count := len(values) - len(reached):
             outside[f"{count} {of} of the file are not part of the mapped surface"] = None
         if values.dtype.kind == "f":
-            missing = np.isnan(values[reached].reshape(len(reached), -1)).any(axis=1)
+            rows = np.isnan(values[reached])
+            missing = rows.any(axis=tuple(range(1, rows.ndim)))
             unknown.setdefault((int(missing.sum()), of), []).append(repr(one.name))
     return (
         *outside,
