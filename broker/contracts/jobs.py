@@ -285,7 +285,8 @@ class PicturePayload(_Payload):
         """Name of the file among those of the job; empty for the picture by default."""
         default = PicturePayload(job=self.job)
         given = (
-            None if self.alternative is None else str(self.alternative),
+            # Neither is an alternative: both draw the result itself.
+            None if not self.alternative else str(self.alternative),
             None if self.view == default.view else self.view,
             None if self.format == default.format else self.format,
             None if self.specimen is None else f"registered-{self.specimen}",

@@ -310,8 +310,10 @@ def _check_carried(record: JobRecord) -> None:
 
 def _refuse_options_of_matches(payload: PicturePayload) -> None:
     default = PicturePayload(job=payload.job)
-    for name in ("alternative", "view"):
-        if getattr(payload, name) != getattr(default, name):
+    # 0 is no alternative, and draws what is drawn without it.
+    given = {"alternative": payload.alternative or None, "view": payload.view}
+    for name, value in given.items():
+        if value != getattr(default, name):
             message = f"`{name}` is only supported for matches; leave it out"
             field = FieldProblem(field=f"query.{name}", message=message)
             raise InvalidRequest(INVALID, (field,))

@@ -147,8 +147,8 @@ class Job(RecordedJob, Generic[ResultT]):
         Parameters
         ----------
         alternative
-            Solution of a match: 0 for its own pairs, j for ``alternatives[j - 1]``. By default the
-            one that was refined or densely extended, or else 0.
+            Solution of a match: 0, the default, for its own pairs, j for ``alternatives[j - 1]``. A
+            refinement or dense map is drawn only with the solution that it belongs to.
         view
             Side of a match's source from which both shapes are seen, ``"front"``, ``"back"``,
             ``"left"``, ``"right"``, ``"top"`` or ``"bottom"``; by default the front.

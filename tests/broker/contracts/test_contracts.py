@@ -10,6 +10,7 @@ from broker.contracts import (
     MESH_FORMATS,
     DissimilarityParameters,
     MatchParameters,
+    PicturePayload,
     PrototypeParameters,
     file_type_of,
 )
@@ -170,3 +171,9 @@ def test_integers_may_be_written_with_a_fraction_of_zero() -> None:
     for wrong in (8.5, "8", True, math.inf, math.nan):
         with pytest.raises(ValidationError):
             MatchParameters.model_validate({"points": wrong})
+
+
+def test_a_picture_without_alternative_is_stored_once() -> None:
+    default = PicturePayload(job="a")
+    assert default.model_copy(update={"alternative": 0}).variant == default.variant == ""
+    assert default.model_copy(update={"alternative": 2}).variant == "2"
