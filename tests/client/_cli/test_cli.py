@@ -552,13 +552,17 @@ def test_serve(tmp_path: Path) -> None:
 
 def test_a_waiting_upload_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     before = set(threading.enumerate())
-    with named_upload("a.off", as_json=False, after=0.01):
+
+    def until_reported() -> None:
         for thread in set(threading.enumerate()) - before:
             if isinstance(thread, threading.Timer):
                 thread.join()
+
+    with named_upload("a.off", as_json=False, after=0.01):
+        until_reported()
     assert "a.off is not read yet" in capsys.readouterr().err
     with named_upload("a.off", as_json=True, after=0.01):
-        time.sleep(0.3)
+        until_reported()
     with named_upload("a.off", as_json=False, after=30.0):
         pass
     assert capsys.readouterr().err == ""
