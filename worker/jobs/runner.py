@@ -26,8 +26,9 @@ from worker.jobs.consistent_maps import map_consistently
 from worker.jobs.context import JobContext, JobResult
 from worker.jobs.delivery import deliver
 from worker.jobs.drawing import draw
-from worker.jobs.failures import JobTimedOut, problem_of, unreadable
+from worker.jobs.failures import JobTimedOut
 from worker.jobs.matches import match
+from worker.jobs.problems import problem_of, unreadable
 from worker.jobs.progress import TOTAL, WAITING, Reporter
 from worker.jobs.prototypes import learn
 from worker.jobs.registrations import register

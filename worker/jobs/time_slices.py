@@ -24,7 +24,8 @@ from solver.control import Control
 from solver.errors import Cancelled
 from worker.jobs.comparison import Comparison
 from worker.jobs.context import JobContext
-from worker.jobs.failures import JobTimedOut, problem_of, unreadable
+from worker.jobs.failures import JobTimedOut
+from worker.jobs.problems import problem_of, unreadable
 from worker.jobs.progress import Reporter
 
 SLICE_SECONDS: Final = 1.0

@@ -15,7 +15,7 @@ from broker.queue import JobQueue, QueueSettings
 from broker.store import DEFAULT_KEYS, Keys, Store, listings
 from broker.upkeep import Sweep
 from tests.worker.records import CREATED, shape_record
-from worker.jobs.failures import newer_version
+from worker.jobs.problems import newer_version
 from worker.settings import WorkerSettings
 
 TTL, TRACE = 1000, 5000

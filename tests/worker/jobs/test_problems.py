@@ -13,7 +13,8 @@ from broker.contracts import (
     ValidationPayload,
 )
 from tests.worker.records import CREATED
-from worker.jobs.failures import JobTimedOut, problem_of
+from worker.jobs.failures import JobTimedOut
+from worker.jobs.problems import problem_of
 
 
 @pytest.mark.parametrize(
