@@ -8,13 +8,14 @@ from matplotlib.collections import EllipseCollection, LineCollection, PolyCollec
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from broker.contracts import View as Side
-from solver.arrays import BoolArray, FloatArray
+from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh, vertex_normals
 from solver.prototype import Prototype
 from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
 from worker.pictures.coloring import point_colors
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.scene import Scene, match_scenes, prototype_scenes
+from worker.pictures.visibility import hidden_points
 
 _INCHES = 12.0, 7.2
 _LONGEST_NAME = 40
@@ -25,9 +26,6 @@ _LIGHT: Final = np.array([-0.35, 0.55, 0.76])
 
 _DOT = 0.7
 """Diameter of a point of a cloud, in mean distances of neighbours."""
-
-_CLEARANCE = 0.02
-"""Least depth of a face in front of a point that it hides, in units of the root of the area."""
 
 
 def draw_match(
@@ -188,30 +186,12 @@ def _draw_points(axes: Axes, left: Scene, right: Scene) -> None:
         )
     )  # fmt: skip
     for scene, places in ((left, here), (right, there)):
-        hidden = _hidden(scene)
+        hidden = hidden_points(scene.vertices, scene.faces, scene.points)
         for which, size, alpha in ((hidden, 26.0, 0.55), (~hidden, 52.0, 1.0)):
             axes.scatter(
                 places[which, 0], places[which, 1], s=size, c=colors[which], alpha=alpha,
                 edgecolors="white", linewidths=0.9, zorder=4,
             )  # fmt: skip
-
-
-def _hidden(scene: Scene) -> BoolArray:
-    """(K,) whether a face lies in front of a point, by more than `_CLEARANCE`."""
-    a, b, c = np.moveaxis(scene.vertices[scene.faces], 1, 0)
-    hidden = np.zeros(len(scene.points), dtype=np.bool_)
-    ab, ac = b - a, c - a
-    twice = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
-    sound = np.abs(twice) > 1e-18
-    for i, place in enumerate(scene.points):
-        ap = place - a
-        with np.errstate(divide="ignore", invalid="ignore"):
-            u = (ap[:, 0] * ac[:, 1] - ap[:, 1] * ac[:, 0]) / twice
-            v = (ab[:, 0] * ap[:, 1] - ab[:, 1] * ap[:, 0]) / twice
-            inside = sound & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
-            depth = a[:, 2] + u * ab[:, 2] + v * ac[:, 2]
-            hidden[i] = bool((inside & (depth > place[2] + _CLEARANCE)).any())
-    return hidden
 
 
 def _middle(scene: Scene) -> float:
