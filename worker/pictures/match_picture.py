@@ -53,11 +53,7 @@ def draw_match(
     PNG, the same for the same match.
     """
     left, right = match_scenes(source, target, answer, side)
-    labels = [
-        f"{shortened(name, _LONGEST_NAME)}\n{mesh.n_vertices:,}"
-        f" {'points' if mesh.is_cloud else 'vertices'}"
-        for name, mesh in zip(names, (source, target), strict=True)
-    ]
+    labels = [_mesh_label(name, mesh) for name, mesh in zip(names, (source, target), strict=True)]
     return _drawn(left, right, answer, labels)
 
 
@@ -88,9 +84,16 @@ def draw_prototype_match(
     PNG, the same for the same match.
     """
     left, right = prototype_scenes(prototype, target, answer, side)
-    labels = [f"{shortened(names[0], _LONGEST_NAME)}\n{len(prototype.positions):,} points"]
-    labels.append(f"{shortened(names[1], _LONGEST_NAME)}\n{target.n_vertices:,} vertices")
-    return _drawn(left, right, answer, labels)
+    label = _label(names[0], len(prototype.positions), "points")
+    return _drawn(left, right, answer, [label, _mesh_label(names[1], target)])
+
+
+def _mesh_label(name: str, mesh: TriangleMesh) -> str:
+    return _label(name, mesh.n_vertices, "points" if mesh.is_cloud else "vertices")
+
+
+def _label(name: str, count: int, what: str) -> str:
+    return f"{shortened(name, _LONGEST_NAME)}\n{count:,} {what}"
 
 
 def _drawn(left: Scene, right: Scene, answer: Hypothesis, labels: list[str]) -> bytes:

@@ -1,6 +1,8 @@
 """Shapes of a match in the coordinates of a picture."""
 
 from dataclasses import replace
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,23 +14,29 @@ from broker.contracts import (
     InverseCorrespondence,
     Refinement,
 )
-from solver.mesh import triangle_mesh
-from solver.prototype import PrototypeOptions, connected_examples, learn_prototype
+from solver.mesh import TriangleMesh, triangle_mesh
+from solver.prototype import Prototype, PrototypeOptions, connected_examples, learn_prototype
 from solver.shape import Shape
 from synthetic import HUMAN_POSES, human
 from tests.solver import shapes
-from worker.pictures import draw_match
+from worker.pictures import draw_match, draw_prototype_match, match_picture
 from worker.pictures.coloring import UNMAPPED
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.scene import match_scenes, prototype_scenes
 
 
-def test_a_prototype_is_drawn_on_its_reference_surface() -> None:
-    """Matched with the shape it was learned from: both are drawn alike."""
+@cache
+def learned() -> tuple[TriangleMesh, Prototype]:
+    """A shape, and a prototype of it alone."""
     body = human(next(iter(HUMAN_POSES)), resolution=400)
     mesh = triangle_mesh(body.vertices, body.faces)
     options = PrototypeOptions(points=8, components=1)
-    prototype = learn_prototype(connected_examples((Shape(mesh),), options).examples, options)
+    return mesh, learn_prototype(connected_examples((Shape(mesh),), options).examples, options)
+
+
+def test_a_prototype_is_drawn_on_its_reference_surface() -> None:
+    """Matched with the shape it was learned from: both are drawn alike."""
+    mesh, prototype = learned()
     pairs = tuple(
         Correspondence(source=point, target=vertex, cost=0.0)
         for point, vertex in enumerate(prototype.vertices.tolist())
@@ -73,3 +81,24 @@ def test_a_refined_match_without_pairs_is_drawn() -> None:
     for scene in match_scenes(mesh, mesh, answer):
         assert scene.points.shape == (0, 3)
     assert draw_match(mesh, mesh, answer).startswith(b"\x89PNG")
+
+
+def test_a_cloud_is_labelled_by_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    labels: list[list[str]] = []
+
+    def drawn(*given: Any) -> bytes:
+        labels.append([label.replace("\n", " ") for label in given[-1]])
+        return b""
+
+    monkeypatch.setattr(match_picture, "_drawn", drawn)
+    mesh, prototype = learned()
+    cloud = replace(mesh, is_cloud=True)
+    pairs = tuple(Correspondence(source=one, target=one, cost=0.0) for one in range(8))
+    answer = Hypothesis(pairs, None, None, "", "")
+    count = f"{mesh.n_vertices:,}"
+    draw_prototype_match(prototype, cloud, answer)
+    draw_match(mesh, cloud, answer)
+    assert labels == [
+        ["prototype 8 points", f"target {count} points"],
+        [f"source {count} vertices", f"target {count} points"],
+    ]
