@@ -10,7 +10,7 @@ from isomatch._results.geometry import Geometry
 from isomatch._results.result_document import Drawable
 
 UNMAPPED: Final = 0.8
-"""Gray level of source vertices that a dense map leaves out."""
+"""Gray level of vertices that a dense map leaves out."""
 
 
 def match_panels(
@@ -71,11 +71,16 @@ def map_colors(
 
     Returns
     -------
-    (V, 3) of the source's vertices, gray where the map is undefined, and (W, 3) of the target's.
+    (V, 3) of the source's vertices, gray where the map is undefined, and (W, 3) of the target's,
+    gray where its inverse is undefined, if it has one.
     """
     there = surface_colors(target.vertices)
     here = np.full((len(source.vertices), 3), UNMAPPED)
     here[source.rows(dense.source)] = there[target.rows(dense.target)]
+    if dense.inverse is not None:
+        alone = np.ones(len(there), dtype=bool)
+        alone[target.rows(dense.inverse.target)] = False
+        there[alone] = UNMAPPED
     return here, there
 
 
