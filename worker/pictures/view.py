@@ -159,12 +159,9 @@ def target_view(view: View, source_points: FloatArray, target_points: FloatArray
     view
         View of the source.
     source_points, target_points
-        (K, 3) matched points of both shapes, centred.
+        (K, 3) matched points of both shapes.
     """
-    seen, other = (
-        (points - points.mean(axis=0)) / max(float(points.std()), 1e-300)
-        for points in (view.of(source_points), view.of(target_points))
-    )
+    seen, other = (_of_unit_spread(view.of(points)) for points in (source_points, target_points))
     turn = np.angle(np.vdot(other[:, 0] + 1j * other[:, 2], seen[:, 0] + 1j * seen[:, 2]))
     cosine, sine = np.cos(turn), np.sin(turn)
     upright = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
@@ -174,3 +171,9 @@ def target_view(view: View, source_points: FloatArray, target_points: FloatArray
     )
     tilted = apart > _TILT * least + _ROUNDING
     return View((free.as_matrix() if tilted else upright) @ view.axes)
+
+
+def _of_unit_spread(points: FloatArray) -> FloatArray:
+    centred = points - points.mean(axis=0)
+    spread: FloatArray = centred / max(float(centred.std()), 1e-300)
+    return spread

@@ -45,9 +45,9 @@ def test_sideways_views_keep_what_is_up(side: Side) -> None:
 
 @pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (0.6, 0.0, 0.8)])
 def test_a_rotated_target_is_seen_from_the_same_side(axis: tuple[float, float, float]) -> None:
-    """Rotated about the vertical, or lying: its file has another axis up."""
+    """Rotated about the vertical, or lying, and far away: its file has another axis up."""
     points = shapes.blob(2).vertices
-    turned = points @ Rotation.from_rotvec(2.0 * np.array(axis)).as_matrix().T + 0.3
+    turned = points @ Rotation.from_rotvec(2.0 * np.array(axis)).as_matrix().T + [0.3, 0.3, 9.0]
     seen = target_view(FRONT, points, turned).of(turned - turned.mean(axis=0))
     np.testing.assert_allclose(seen, FRONT.of(points - points.mean(axis=0)), atol=1e-7)
 
