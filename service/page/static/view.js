@@ -6,8 +6,8 @@ const AXES = [0, 1, 2];
 const TILT = 2;
 /** Squared distances of points that are aligned, as single precision has them. */
 const ROUNDING = 1e-6;
-/** Steps of the power iteration. */
-const STEPS = 300;
+/** Squarings, after which only the greatest eigenvalue is left. */
+const SQUARINGS = 30;
 /** The view of what earlier versions stored. */
 export const UPRIGHT = AXES.map((a) => AXES.map((b) => (a === b ? 1 : 0)));
 
@@ -41,7 +41,8 @@ function upright(here, there) {
 /**
  * The rotation that brings centred points nearest to others.
  *
- * Horn's quaternion (1987), by power iteration: the matrix is shifted so that its greatest eigenvalue is the largest.
+ * Horn's quaternion (1987): the eigenvector of the greatest eigenvalue, which is the largest of the shifted matrix. Its
+ * power 2^30 is the projection to it, even where eigenvalues are close, as those of elongated shapes are.
  */
 function nearestRotation(here, there) {
   const m = AXES.map((a) => AXES.map((b) => here.reduce((sum, point, i) => sum + there[i][a] * point[b], 0)));
@@ -49,12 +50,14 @@ function nearestRotation(here, there) {
   const skew = [m[1][2] - m[2][1], m[2][0] - m[0][2], m[0][1] - m[1][0]];
   const horn = [[trace, ...skew], ...AXES.map((a) => [skew[a], ...AXES.map((b) => m[a][b] + m[b][a] - (a === b ? trace : 0))])];
   const shift = Math.max(...horn.map((row) => row.reduce((sum, value) => sum + Math.abs(value), 0))) || 1;
-  let q = [1, 0.1, 0.1, 0.1];
-  for (let step = 0; step < STEPS; step++) {
-    const next = horn.map((row, a) => row.reduce((sum, value, b) => sum + value * q[b], shift * q[a]));
-    const size = Math.hypot(...next);
-    q = next.map((value) => value / size);
+  let power = horn.map((row, a) => row.map((value, b) => value + (a === b ? shift : 0)));
+  for (let step = 0; step < SQUARINGS; step++) {
+    const size = power.reduce((sum, row, a) => sum + row[a], 0);
+    power = power.map((row) => power.map((other) => row.reduce((sum, value, k) => sum + value * other[k], 0) / size ** 2));
   }
+  const sizes = power.map((row) => Math.hypot(...row));
+  const longest = sizes.indexOf(Math.max(...sizes));
+  const q = power[longest].map((value) => value / sizes[longest]);
   const [w, x, y, z] = q;
   return [
     [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

@@ -20,7 +20,7 @@ from tests.client.shapes import CLASSES
 from tests.service.conftest import Api
 from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
-from worker.pictures import packed_geometry
+from worker.pictures import View, packed_geometry, target_view
 from worker.pictures.coloring import point_colors
 from worker.pictures.heat_map import digits, scale_end
 
@@ -566,9 +566,10 @@ def test_large_meshes_are_simplified(page: Page) -> None:
     assert coarse["seconds"] < PATIENCE / 1000
 
 
-def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
+@pytest.mark.parametrize("thinness", [1.0, 0.1, 0.01])
+def test_a_target_is_turned_as_the_source_stands(page: Page, thinness: float) -> None:
     rng = np.random.default_rng(3)
-    here = rng.standard_normal((12, 3))
+    here = rng.standard_normal((12, 3)) * [thinness, 1.0, thinness]
     # About the vertical, and lying: its file has another axis up.
     for axis in ([0.0, 1.1, 0.0], [1.4, 0.5, -0.6]):
         there = here @ Rotation.from_rotvec(axis).as_matrix().T + 0.2
@@ -576,6 +577,21 @@ def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
         rows = np.array(call(page, "view", "return m.targetView(...given)", given))
         seen = (there - there.mean(axis=0)) @ rows.T
         np.testing.assert_allclose(seen, here - here.mean(axis=0), atol=1e-6)
+
+
+def test_a_thin_target_is_turned_as_in_pictures(page: Page) -> None:
+    """Eigenvalues of the rotation about the long axis are close."""
+    rng = np.random.default_rng(5)
+    given = []
+    for _ in range(60):
+        here = rng.standard_normal((12, 3)) * [0.05, 1.0, 0.05]
+        turned = here @ Rotation.random(random_state=rng).as_matrix().T
+        given.append([here.tolist(), (turned + 0.02 * rng.standard_normal((12, 3))).tolist()])
+    body = "return given[1].map((both) => m.targetView(given[0], ...both))"
+    found = call(page, "view", body, [np.eye(3).tolist(), given])
+    for rows, (here, there) in zip(found, given, strict=True):
+        expected = target_view(View(np.eye(3)), np.array(here), np.array(there)).axes
+        np.testing.assert_allclose(np.array(rows), expected, atol=1e-4)
 
 
 def test_colours_are_transferred_by_a_dense_map(page: Page) -> None:
