@@ -86,7 +86,7 @@ def draw_panels(panels: Sequence[Panel], title: str) -> "Figure":
     ----------
     panels
         The shapes; row i of all their points is one correspondence. Colours are by position on
-        the last shape; the views of the others are aligned with that of the first.
+        the last shape; the view of the first is turned for the others, to align their points.
     title
         Text above.
     """
@@ -102,7 +102,7 @@ def draw_panels(panels: Sequence[Panel], title: str) -> "Figure":
     first, *others = panels
     add_panel(figure, first, colors, 1)
     for column, panel in enumerate(others, start=2):
-        view = aligned_view(first.view, panel.view, first.points, panel.points)
+        view = aligned_view(first.view, first.points, panel.points)
         add_panel(figure, replace(panel, view=view), colors, column)
     figure.update_layout(title_text=plain(title), showlegend=False)
     return figure

@@ -52,7 +52,6 @@ def match_panels(
             faces=target.faces,
             colors=colors[1],
             caption="target",
-            view=target.view,
         ),
     )
 

@@ -5,7 +5,9 @@ import pytest
 from isomatch._figures import Panel, draw_dissimilarities, draw_panels, position_colors
 from isomatch._figures.camera import aligned_view
 from isomatch._figures.heat_map import digits
+from scipy.spatial.transform import Rotation
 
+from worker.pictures import View, target_view
 from worker.pictures.heat_map import digits as as_in_pictures
 
 
@@ -17,12 +19,12 @@ def test_views_align_corresponding_points() -> None:
     cosine, sine = np.cos(angle), np.sin(angle)
     rotation = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
     there = here @ rotation.T + [5.0, 0.0, 1.0]
-    aligned = aligned_view(view, view, here[:12], there[:12])
+    aligned = aligned_view(view, here[:12], there[:12])
     seen, other = (
         (points - points.mean(axis=0)) @ axes.T for points, axes in ((here, view), (there, aligned))
     )
     np.testing.assert_allclose(seen, other, atol=1e-9)
-    panels = Panel(here, here[:12], view=view), Panel(there, there[:12], view=view)
+    panels = Panel(here, here[:12], view=view), Panel(there, there[:12])
     figure = draw_panels(panels, "")
     for scene, axes in ((figure.layout.scene, view), (figure.layout.scene2, aligned)):
         eye = np.array([scene.camera.eye[axis] for axis in "xyz"])
@@ -30,11 +32,24 @@ def test_views_align_corresponding_points() -> None:
         np.testing.assert_allclose([scene.camera.up[axis] for axis in "xyz"], axes[1])
 
 
-@pytest.mark.parametrize(("up", "count"), [(2, 12), (1, 2)])
-def test_shapes_that_cannot_be_aligned_keep_their_view(up: int, count: int) -> None:
-    points = np.random.default_rng(9).normal(size=(count, 3))
-    other = np.eye(3)[[0, up, 3 - up]]
-    assert aligned_view(np.eye(3), other, points, points[:, [2, 1, 0]]) is other
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("thinness", [1.0, 0.05])
+def test_views_are_those_of_pictures(thinness: float, seed: int) -> None:
+    """Also where the target's file has another axis up, and its points are not quite the same."""
+    rng = np.random.default_rng(seed)
+    view = Rotation.random(random_state=rng).as_matrix()
+    here = rng.normal(size=(12, 3)) * [thinness, 1.0, thinness]
+    turn = rng.choice([0.1, 3.0]) * rng.normal(size=3)
+    there = 5.0 * here @ Rotation.from_rotvec(turn).as_matrix().T + [40.0, 0.0, 1.0]
+    there += 5.0 * rng.choice([0.0, 0.02, 0.3]) * rng.normal(size=there.shape)
+    expected = target_view(View(view), here, there).axes
+    np.testing.assert_allclose(aligned_view(view, here, there), expected, atol=1e-9)
+
+
+def test_fewer_than_three_points_turn_nothing() -> None:
+    points = np.random.default_rng(9).normal(size=(2, 3))
+    view = np.eye(3)[[0, 2, 1]]
+    assert aligned_view(view, points, points[:, [2, 1, 0]]) is view
 
 
 def test_all_of_a_shape_is_in_sight() -> None:
