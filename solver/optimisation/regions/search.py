@@ -8,7 +8,6 @@ a relaxation of the whole problem mixes.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from operator import attrgetter
 
 from solver.arrays import IntArray
 from solver.control import Control
@@ -116,7 +115,7 @@ class RegionSearch:
     def step(self, state: RegionSearchState) -> RegionSearchState:
         """Bound, search or divide the region of least bound."""
         state.work += _STEP_WORK
-        state.open.sort(key=attrgetter("bound"), reverse=True)
+        state.open.sort(key=_precedence, reverse=True)
         region = state.open.pop()
         if region.bound >= state.limit:
             state.open.clear()
@@ -158,7 +157,7 @@ class RegionSearch:
     def _forget(self, state: RegionSearchState) -> None:
         """Forget the messages of the regions of greatest bound where they take too much memory."""
         used = 0
-        state.open.sort(key=attrgetter("bound"))
+        state.open.sort(key=_precedence)
         for place, region in enumerate(state.open):
             used += region.messages.nbytes
             if used > self._memory and region.is_divided and place > 0:
@@ -185,3 +184,11 @@ class RegionSearch:
         state.seen.add(start.tobytes())
         found = Incumbent.of(self._problem, local_search(self._problem, start))
         state.incumbent = min(state.incumbent, found, key=lambda one: one.energy)
+
+
+def _precedence(region: Region) -> tuple[float, bool]:
+    """Sort key: the least bound first and, of equal ones, a region whose messages are kept.
+
+    Otherwise they might be forgotten again before the region is divided, for ever.
+    """
+    return region.bound, not region.is_divided

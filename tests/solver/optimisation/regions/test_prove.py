@@ -5,7 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from solver.control import UNLIMITED, Control, Status, iterate
+from solver.arrays import FloatArray
+from solver.control import Control, Status, iterate
 from solver.errors import Cancelled
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.primal import InfeasibleError, local_search
@@ -17,6 +18,7 @@ from solver.optimisation.regions.region import ascend, whole_region
 from tests.solver.problems import (
     REGIMES,
     all_solutions,
+    distances_of,
     explicit_instance,
     metric_instance,
     relabelled,
@@ -141,13 +143,38 @@ def test_work_and_deadline_leave_a_valid_bound() -> None:
         assert problem.energy(found.answer) == pytest.approx(found.value)
 
 
-def test_few_open_regions_when_memory_is_short(monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = metric_instance(12, 36, 2, noise=0.8)
-    monkeypatch.setattr(region_search, "_SEARCH_LABELS", 0)
-    optimum = prove(problem).value
-    search = RegionSearch(problem, [np.arange(12)], np.inf, Control(), memory=0)
-    state = iterate(search, UNLIMITED, Control()).state
-    assert state.lower_bound == pytest.approx(optimum)
+def polygon(corners: int) -> FloatArray:
+    angles = 2.0 * np.pi * np.arange(corners) / corners
+    return distances_of(np.stack([np.cos(angles), np.sin(angles)], axis=1))
+
+
+def simplex(corners: int) -> FloatArray:
+    return 1.0 - np.eye(corners)
+
+
+def all_pairs(source: FloatArray, target: FloatArray) -> LabellingProblem:
+    pairs = np.argwhere(np.ones((len(source), len(target))))
+    return LabellingProblem(pairs, np.zeros(len(pairs)), source, target)
+
+
+PROBLEMS_OF_LITTLE_MEMORY = {
+    "noise": metric_instance(12, 36, 2, noise=0.8),
+    "equal bounds": all_pairs(polygon(5), polygon(7)),
+    "equal distances": all_pairs(simplex(4), polygon(6)),
+}
+
+
+@pytest.mark.usefixtures("without_search")
+@pytest.mark.parametrize("name", PROBLEMS_OF_LITTLE_MEMORY)
+def test_search_ends_when_memory_is_short(name: str) -> None:
+    problem = PROBLEMS_OF_LITTLE_MEMORY[name]
+    optimum = prove(problem)
+    assert optimum.gap == 0.0
+    start = np.arange(problem.n_sources)
+    search = RegionSearch(problem, [start], np.inf, Control(), memory=0)
+    ended = iterate(search, 1000, Control())
+    assert ended.status is Status.CONVERGED
+    assert ended.state.lower_bound == pytest.approx(optimum.value)
 
 
 def test_cancellation() -> None:
