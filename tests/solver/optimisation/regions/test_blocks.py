@@ -82,6 +82,15 @@ def test_bound_is_between_that_of_dual_ascent_and_the_optimum() -> None:
     assert max(gains) > 0.0
 
 
+def test_bound_is_at_most_an_optimum_of_zero() -> None:
+    for seed in range(8):
+        problem = metric_instance(12, 12, seed, noise=0.0, unary=0.0)
+        assert prove(problem).value == 0.0
+        region = replace(ascended(problem, 1.0), bound=0.0)
+        blocks = BlockSearch(problem, region, Control())
+        assert iterate(blocks, UNLIMITED, Control()).state.bound <= 0.0
+
+
 @pytest.mark.parametrize("regime", [name for name in COMPLETE if name != "features only"])
 def test_optimum_with_blocks_is_that_of_enumeration(
     monkeypatch: pytest.MonkeyPatch, regime: str

@@ -177,6 +177,24 @@ def test_search_ends_when_memory_is_short(name: str) -> None:
     assert ended.state.lower_bound == pytest.approx(optimum.value)
 
 
+@pytest.mark.usefixtures("without_search")
+@pytest.mark.parametrize("name", PROBLEMS_OF_LITTLE_MEMORY)
+@pytest.mark.parametrize("regions", [0, 1])
+def test_messages_of_open_regions_but_the_first_are_within_the_memory(
+    name: str, regions: int
+) -> None:
+    problem = PROBLEMS_OF_LITTLE_MEMORY[name]
+    memory = 8 * regions * problem.n_sources * problem.n_candidates
+    start = np.arange(problem.n_sources)
+    search = RegionSearch(problem, [start], np.inf, Control(), memory)
+    state, forgotten = search.init(), False
+    while not search.done(state):
+        state = search.step(state)
+        forgotten |= state.regions > 0 and not all(region.is_divided for region in state.open)
+        assert sum(region.messages.nbytes for region in state.open[1:]) <= memory
+    assert forgotten
+
+
 def test_cancellation() -> None:
     with pytest.raises(Cancelled):
         prove(metric_instance(8, 12, 0), control=Control(is_cancelled=lambda: True))
