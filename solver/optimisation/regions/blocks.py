@@ -34,7 +34,8 @@ _PLANES = (
 difference sets: Singer, Trans. AMS 43, 1938)."""
 
 _SMALLEST = 18
-"""Points of the smallest blocks to begin with. Blocks of 20 of 64 points take some 0.1 to 1 s."""
+"""Mean number of points of a division's blocks from which on it takes part; the last one always
+does. Blocks of 20 of 64 points take some 0.1 to 1 s."""
 
 
 @dataclass(frozen=True, eq=False)
