@@ -27,8 +27,11 @@ def mplp_sweep(
     unary: FloatArray,
     messages: FloatArray,
     back: bool,
+    turns: tuple[int, int],
 ) -> None:
     """Let every pair of source points divide its costs anew, in order or in the opposite order.
+
+    A sweep is N turns: in each, one source point meets all later ones.
 
     Parameters
     ----------
@@ -46,11 +49,13 @@ def mplp_sweep(
         (N, L) costs moved to each label from its point's pair with each other; changed in place.
     back
         Whether in the opposite order.
+    turns
+        The first of the turns to take, and the one before which to stop.
     """
     n = len(rows) - 1
     widest = np.diff(rows).max() if n > 0 else 0
     f, g, half, second = np.empty(widest), np.empty(widest), np.empty(widest), np.empty(widest)
-    for i in range(n):
+    for i in range(turns[0], turns[1]):
         for j in range(i + 1, n):
             x, y = (n - 1 - i, n - 1 - j) if back else (i, j)
             here, there = rows[x], rows[y]

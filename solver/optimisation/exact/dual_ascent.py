@@ -241,7 +241,8 @@ def _less_messages(
 def _go_round(
     theta: FloatArray, rows: IntArray, unary: FloatArray, messages: FloatArray, back: bool
 ) -> None:
-    mplp_sweep(_write_least, theta.ravel(), rows, unary, messages, back)
+    turns = 0, len(rows) - 1
+    mplp_sweep(_write_least, theta.ravel(), rows, unary, messages, back, turns)
 
 
 @inlined

@@ -59,6 +59,7 @@ def divide_costs(
     unary: FloatArray,
     messages: FloatArray,
     back: bool,
+    turns: tuple[int, int],
 ) -> None:
     """Let every pair of source points divide its costs anew: see :func:`.mplp_sweep`.
 
@@ -66,13 +67,13 @@ def divide_costs(
     ----------
     costs
         Pairwise costs.
-    rows, unary, messages, back
+    rows, unary, messages, back, turns
         As there.
     targets
         (L,) target point of each label; `UNMATCHED`, if at all, last of a source point.
     """
     labels = costs, targets, np.empty(len(costs.target))
-    mplp_sweep(_write_least, labels, rows, unary, messages, back)
+    mplp_sweep(_write_least, labels, rows, unary, messages, back, turns)
 
 
 @kernel
@@ -82,6 +83,7 @@ def label_bounds(
     targets: IntArray,
     unary: FloatArray,
     messages: FloatArray,
+    turns: tuple[int, int],
 ) -> FloatArray:
     """Lower bounds of all correspondences with each label: its cost with the best of each point.
 
@@ -89,17 +91,21 @@ def label_bounds(
     ----------
     costs, rows, targets, unary, messages
         After :func:`divide_costs`.
+    turns
+        The first source point, and the one before which to stop.
 
     Returns
     -------
-    (L,) float64.
+    Of the labels of these points.
     """
     n, widest = len(rows) - 1, np.diff(rows).max()
     g, least = np.empty(widest), np.empty(widest)
     labels = costs, targets, np.empty(len(costs.target))
-    total = unary.copy()
-    for x in range(n):
+    begin, end = turns
+    total = unary[rows[begin] : rows[end]].copy()
+    for x in range(begin, end):
         here, count = rows[x], rows[x + 1] - rows[x]
+        own = here - rows[begin]
         for y in range(n):
             if x == y:
                 continue
@@ -108,7 +114,7 @@ def label_bounds(
                 g[b] = unary[there + b] - messages[x, there + b]
             _write_least(labels, rows, y, x, g, least)
             for a in range(count):
-                total[here + a] += least[a] - messages[y, here + a]
+                total[own + a] += least[a] - messages[y, here + a]
     return total
 
 

@@ -1,6 +1,7 @@
 """A region of the correspondences: labels left of each source point, and a bound by dual ascent."""
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -16,6 +17,8 @@ _STALL = 0.1
 """Least rise of the bound in a round, relative to its distance from the limit, to go on."""
 _FEW = 0.03
 """Share of the labels that a round drops, up to which it counts as stalled."""
+_PAIRS_PER_PART = 50_000_000
+"""Pairs of labels that a sweep visits between two looks at the deadline: some 50 ms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +141,7 @@ def ascend(
     visits
         Greatest number of pairs of labels visited.
     control
-        Cancels; past its deadline no further round is begun.
+        Cancels; at its deadline a round that has begun is given up.
 
     Returns
     -------
@@ -157,29 +160,48 @@ def ascend(
             break
         before, count = region.bound, len(region.labels)
         work += region.pairs
-        region = _drop(_round(problem, costs, region), limit)
+        region = _drop(_round(problem, costs, region, control), limit)
         rise = region.bound - before
         if rise < _STALL * (limit - region.bound) and len(region.labels) > (1.0 - _FEW) * count:
             break
     return region, work
 
 
-def _round(problem: LabellingProblem, costs: MetricCosts, region: Region) -> Region:
-    """One round, in order and back; messages are copied, as other regions may share them."""
+def _round(
+    problem: LabellingProblem, costs: MetricCosts, region: Region, control: Control
+) -> Region:
+    """One round, in order and back, or the region as it is once the deadline has passed.
+
+    Messages are copied, as other regions may share them.
+    """
     rows, unary = region.rows, region.unary(problem)
     messages = np.zeros((problem.n_sources, len(region.labels)))
     if region.is_divided:
         messages[:] = region.messages
     matched = region.labels != UNMATCHED
     targets = np.where(matched, problem.candidates[region.labels, 1], UNMATCHED)
-    for back in (False, True):
-        divide_costs(costs, rows, targets, unary, messages, back)
-    bounds = label_bounds(costs, rows, targets, unary, messages)
+    parts = _parts_of_a_sweep(region)
+    for back, turns in control.in_time(product((False, True), parts)):
+        divide_costs(costs, rows, targets, unary, messages, back, turns)
+    found = [
+        label_bounds(costs, rows, targets, unary, messages, turns)
+        for turns in control.in_time(parts)
+    ]
+    if len(found) < len(parts):
+        return region
+    bounds = np.concatenate(found)
     bounds = np.maximum(bounds - ROUNDING * np.abs(bounds), region.bounds)
     least = float(np.minimum.reduceat(unary, rows[:-1]).sum())
     best = float(np.minimum.reduceat(bounds, rows[:-1]).max())
     bound = max(region.bound, best, least - ROUNDING * abs(least))
     return Region(rows, region.labels, messages, bounds, bound)
+
+
+def _parts_of_a_sweep(region: Region) -> list[tuple[int, int]]:
+    """Turns between two looks at the deadline."""
+    n = len(region.rows) - 1
+    each = max(n * _PAIRS_PER_PART // max(region.pairs, 1), 1)
+    return [(turn, min(turn + each, n)) for turn in range(0, n, each)]
 
 
 def _drop(region: Region, limit: float) -> Region:

@@ -47,7 +47,7 @@ def test_costs_are_only_moved(regime: str) -> None:
     own, theta = unary.copy(), plain_costs(costs, region.points, targets)
     bound = -np.inf
     for back in (False, True, False):
-        divide_costs(costs, region.rows, targets, unary, messages, back)
+        divide_costs(costs, region.rows, targets, unary, messages, back, (0, 5))
         np.testing.assert_allclose(unary, own + messages.sum(axis=0), atol=1e-12)
         left = residuals(theta, region.points, messages)
         different = region.points[:, None] != region.points[None]
@@ -63,14 +63,14 @@ def test_bounds_of_labels(regime: str) -> None:
     region = whole_region(problem)
     costs, targets = MetricCosts.of(problem, 2.0), targets_of(problem, region)
     unary, messages = region.unary(problem), np.zeros((problem.n_sources, len(region.labels)))
-    divide_costs(costs, region.rows, targets, unary, messages, False)
+    divide_costs(costs, region.rows, targets, unary, messages, False, (0, 4))
     left = residuals(plain_costs(costs, region.points, targets), region.points, messages)
     total = left + unary[None]
     expected = unary + sum(
         np.where(region.points == y, 0.0, total[:, region.points == y].min(axis=1))
         for y in range(problem.n_sources)
     )
-    found = label_bounds(costs, region.rows, targets, unary, messages)
+    found = label_bounds(costs, region.rows, targets, unary, messages, (0, 4))
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 

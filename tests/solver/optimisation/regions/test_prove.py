@@ -1,5 +1,6 @@
 """Proofs over all candidates: against plain enumeration, and what they leave open."""
 
+import itertools
 import time
 
 import numpy as np
@@ -11,6 +12,7 @@ from solver.errors import Cancelled
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.primal import InfeasibleError, local_search
 from solver.optimisation.regions import RegionSearch, can_prove, prove
+from solver.optimisation.regions import region as region_module
 from solver.optimisation.regions import search as region_search
 from solver.optimisation.regions.branching import divide_region
 from solver.optimisation.regions.message_passing import MetricCosts
@@ -141,6 +143,38 @@ def test_work_and_deadline_leave_a_valid_bound() -> None:
         assert 0.0 <= found.lower_bound <= optimum + 1e-9
         assert found.value >= optimum - 1e-9
         assert problem.energy(found.answer) == pytest.approx(found.value)
+
+
+@pytest.mark.parametrize("regime", ["noisy", "occlusion", "few candidates"])
+def test_parts_of_a_round_change_nothing(monkeypatch: pytest.MonkeyPatch, regime: str) -> None:
+    problem = metric_instance(5, 9, 3, **REGIMES[regime])
+    arguments = problem, MetricCosts.of(problem, 2.0), whole_region(problem), 2.0, np.inf, Control()
+    whole, _ = ascend(*arguments)
+    monkeypatch.setattr(region_module, "_PAIRS_PER_PART", 1)
+    in_parts, _ = ascend(*arguments)
+    assert (in_parts.bound, in_parts.bounds.tolist()) == (whole.bound, whole.bounds.tolist())
+    assert in_parts.messages.tolist() == whole.messages.tolist()
+
+
+@pytest.mark.parametrize("parts", [1, 6, 12])
+def test_a_round_ends_at_the_deadline_and_when_cancelled(
+    monkeypatch: pytest.MonkeyPatch, parts: int
+) -> None:
+    monkeypatch.setattr(region_module, "_PAIRS_PER_PART", 1)
+    problem = metric_instance(5, 9, 3)
+    whole = whole_region(problem)
+    arguments = problem, MetricCosts.of(problem, 2.0), whole, 2.0, np.inf
+    asked = itertools.count()
+
+    class Short(Control):
+        @property
+        def expired(self) -> bool:
+            return next(asked) > parts
+
+    assert ascend(*arguments, Short())[0] is whole
+    asked = itertools.count()
+    with pytest.raises(Cancelled):
+        ascend(*arguments, Control(is_cancelled=lambda: next(asked) > parts))
 
 
 def polygon(corners: int) -> FloatArray:
