@@ -24,7 +24,7 @@ from solver.optimisation.primal import (
 
 _FEW_ROUNDS, _ROUNDS = 4, 40
 """Rounds of the dual ascent, of small and of larger problems."""
-_WORK_PER_SECOND = 600_000_000
+_OPERATIONS_PER_SECOND = 600_000_000
 """Operations of a search in a second on one core: candidates of each node, and of each triple."""
 _PER_TRIPLE = 2
 """Operations of a triple at a node, per candidate."""
@@ -122,7 +122,7 @@ def _search_first(
         return Enumeration(*nothing, -np.inf, 0, Status.DEADLINE, np.arange(count))
     rounds = _FEW_ROUNDS if problem.n_sources <= FEW_POINTS else _ROUNDS
     work = count * (1 + _PER_TRIPLE * len(problem.triples.points))
-    limit = int(seconds * _WORK_PER_SECOND) // work
+    limit = int(seconds * _OPERATIONS_PER_SECOND) // work
     return m_best_solutions(problem, known=start, rounds=rounds, node_limit=limit, control=control)
 
 

@@ -7,8 +7,9 @@ from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.primal import assignment_costs
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-ROUNDING = 1e-9
-"""Allowance for rounding errors of a bound, relative to it; sums of 10⁶ terms err by 1e-10."""
+SUM_ROUNDING = 1e-9
+"""Allowance for rounding errors of a relaxation's bound, relative to it: it is a sum over many
+subproblems and iterations, and sums of 10⁶ terms err by 1e-10."""
 
 
 def reduced_costs(
@@ -49,7 +50,7 @@ def reduced_costs(
     pairwise = np.where(exclusive, np.inf, pairwise)
     np.fill_diagonal(pairwise, 0.0)
     constant += float(rows.sum() + columns.sum())
-    constant -= ROUNDING * abs(constant)
+    constant -= SUM_ROUNDING * abs(constant)
     return ReparametrisedCosts(constant, unary, pairwise, occlusion, problem.scale)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.control import Status
 from solver.labelling import CERTIFIED_GAP, LabellingProblem, Method, Solution, relative_gap
-from solver.optimisation.dual_decomposition.reduced_costs import ROUNDING
+from solver.optimisation.dual_decomposition.reduced_costs import SUM_ROUNDING
 from solver.optimisation.dual_decomposition.relaxation import Relaxation, Subproblems
 from solver.optimisation.primal import Incumbent, improved, local_search, solve_lap
 from solver.optimisation.reparametrisation import ReparametrisedCosts
@@ -162,7 +162,7 @@ class DualDecomposition:
         relaxation, rule, count = state.relaxation, state.step, len(state.history)
         energy = state.incumbent.energy
         bound = relaxation.minimise()
-        rounding = ROUNDING * abs(energy)
+        rounding = SUM_ROUNDING * abs(energy)
         rises = bound > rule.best + 2.0 * rounding
         state.lower_bound = max(state.lower_bound, min(bound - rounding, energy))
         period = _RISING_PROPOSAL_PERIOD if rises else _PROPOSAL_PERIOD

@@ -1,7 +1,7 @@
 """Exact search: branch and bound of the energy (5), and the minimax of section 2."""
 
 from solver.optimisation.exact.branch_and_bound import FEW_POINTS, Enumeration, m_best_solutions
-from solver.optimisation.exact.depth_first import DepthFirstSearch
+from solver.optimisation.exact.depth_first import NODES_PER_STEP, DepthFirstSearch
 from solver.optimisation.exact.dual_ascent import AscentState, DualAscent, divided_costs
 from solver.optimisation.exact.incumbents import Incumbents, dive, energy_of, keep
 from solver.optimisation.exact.minimax import (
@@ -15,6 +15,7 @@ from solver.optimisation.exact.triple_division import divide_triples
 __all__ = [
     "FEW_POINTS",
     "NODES",
+    "NODES_PER_STEP",
     "AscentState",
     "DepthFirstSearch",
     "DualAscent",

@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import maximum_bipartite_matching
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control, Status, iterate
 from solver.labelling import LabellingProblem, Method, Solution
-from solver.optimisation.exact.depth_first import DepthFirstSearch
+from solver.optimisation.exact.depth_first import NODES_PER_STEP, DepthFirstSearch
 from solver.optimisation.exact.dual_ascent import DualAscent
 from solver.optimisation.exact.incumbents import Incumbents, dive, energy_of, keep
 from solver.optimisation.exact.search_state import NODES, root_bound, start_search
@@ -26,8 +26,6 @@ from solver.optimisation.exact.triple_division import divide_triples
 from solver.optimisation.primal import partners_of
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-_NODES_PER_ROUND = 20_000
-"""Nodes between two looks at the deadline, fewer with triples: some 10 ms."""
 FEW_POINTS = 16
 """Source points up to which a problem counts as small: every candidate is completed greedily if
 few were dropped."""
@@ -164,7 +162,7 @@ def m_best_solutions(
     kept, reparametrised = kept[promising], reparametrised.among(promising)
     search = start_search(own, reparametrised, problem.candidates[kept, 0], kept, best)
     root = max(root_bound(search), 0.0 if problem.non_negative else -np.inf)
-    each = max(_NODES_PER_ROUND // (1 + len(problem.triples.points)), 1)
+    each = max(NODES_PER_STEP // (1 + len(problem.triples.points)), 1)
     ended = iterate(DepthFirstSearch(search, each), -(-node_limit // each), control)
     found = np.isfinite(best.energies)
     partners = np.stack([partners_of(problem, row) for row in best.chosen])[found]

@@ -22,6 +22,9 @@ from solver.optimisation.exact.search_state import (
 )
 from solver.optimisation.rounding import allowance
 
+NODES_PER_STEP = 20_000
+"""Nodes between two looks at the deadline: some 10 to 20 ms, longer with triples."""
+
 
 class DepthFirstSearch:
     """Depth-first search as an iterative method: each step visits some more nodes.

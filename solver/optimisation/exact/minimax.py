@@ -30,9 +30,9 @@ from solver.optimisation.exact.compatible_pairs import (
     start_pair_search,
 )
 
-_WORK_PER_SECOND = 3e8
+_COMPARISONS_PER_SECOND = 3e8
 """Work of one core in a second, in comparisons of domains, nearly."""
-_WORK_PER_ROUND = 5_000_000
+_COMPARISONS_PER_ROUND = 5_000_000
 """Work between two looks at the deadline: some 20 ms."""
 _FIRST_WORK, _MORE_WORK = 6e7, 4.0
 """Work after which a search is given up at first, and its growth from one trial to the next."""
@@ -164,7 +164,7 @@ def _bisect(
 ) -> Solution[IntArray]:
     if max(len(source), len(target)) > MAX_POINTS:
         raise ValueError(f"a set has more than {MAX_POINTS} points")
-    method = _Bisection(source, target, one_to_one, seconds * _WORK_PER_SECOND)
+    method = _Bisection(source, target, one_to_one, seconds * _COMPARISONS_PER_SECOND)
     ended = iterate(method, UNLIMITED, control)
     state, status = ended.state, ended.status
     if state.low < state.high and status is Status.CONVERGED:
@@ -248,7 +248,7 @@ class _Bisection:
             )
             state.work += len(state.search.support) ** 2
         search, before = state.search, state.search.counters.copy()
-        outcome = advance(search, int(min(_WORK_PER_ROUND, state.limit)))
+        outcome = advance(search, int(min(_COMPARISONS_PER_ROUND, state.limit)))
         state.nodes += int(search.counters[NODES] - before[NODES])
         state.work += int(search.counters[WORK] - before[WORK])
         if outcome == FOUND:

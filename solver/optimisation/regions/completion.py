@@ -7,6 +7,7 @@ from solver.control import Control, Status, iterate
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.exact import (
     NODES,
+    NODES_PER_STEP,
     DepthFirstSearch,
     Incumbents,
     divided_costs,
@@ -15,9 +16,6 @@ from solver.optimisation.exact import (
 from solver.optimisation.primal import Incumbent, partners_of, solve_lap
 from solver.optimisation.regions.region import Region
 from solver.optimisation.reparametrisation import ReparametrisedCosts
-
-_NODES_PER_ROUND = 20_000
-"""Nodes between two looks at the deadline: some 20 ms."""
 
 
 def search_region(
@@ -58,7 +56,7 @@ def search_region(
     unary = region.unary(problem)
     costs = divided_costs(own, region.points, labels, unary, region.messages)
     search = start_search(own, costs, region.points[matched], kept, best)
-    each = min(nodes, _NODES_PER_ROUND)
+    each = min(nodes, NODES_PER_STEP)
     ended = iterate(DepthFirstSearch(search, each), -(-nodes // each), control)
     if best.energies[0] < incumbent.energy:
         incumbent = Incumbent.of(problem, partners_of(part, best.chosen[0]))

@@ -10,7 +10,7 @@ from solver.optimisation.primal import solve_lap
 from solver.optimisation.regions.blocks import BlockSearch, BlockSearchState
 from solver.optimisation.regions.search import MEMORY, RegionSearch, RegionSearchState
 
-_WORK_PER_SECOND = 3e9
+_PAIRS_PER_SECOND = 3e9
 """Pairs of labels that one core looks at in a second, nearly."""
 _MOST_BYTES = 64 * 2**20
 """Bytes of the messages of all candidates above which nothing is proven: 8 |V| N."""
@@ -81,7 +81,7 @@ def prove(
     if problem.beta == 0.0 or not problem.n_candidates:
         energy = problem.energy(assignment)
         return Solution(assignment, energy, energy, 0, Method.BRANCH_AND_BOUND)
-    proof = _Proof(problem, starts or [assignment], seconds * _WORK_PER_SECOND, control)
+    proof = _Proof(problem, starts or [assignment], seconds * _PAIRS_PER_SECOND, control)
     ended = iterate(proof, UNLIMITED, control)
     regions, status = ended.state.regions, ended.status
     if regions.open and status is Status.CONVERGED:
