@@ -26,7 +26,7 @@ _SEARCH_WORK = 8_000_000
 _PATIENCE = 8
 """Regions divided after such a search until the next ones are as much longer."""
 MEMORY = 256 * 2**20
-"""Bytes of the messages of open regions, 8 N L each; beyond, some are forgotten until needed."""
+"""Bytes of open regions, 8 (N + 2) L each; beyond, messages are forgotten until needed."""
 _STEP_WORK = 10**7
 """Work of a step apart from what is counted: some 3 ms."""
 _PAIR_VISITS = 8
@@ -90,7 +90,7 @@ class RegionSearch:
     control
         Cancels and ends steps.
     memory
-        Limit on the bytes of the messages of open regions.
+        Limit on the bytes of open regions, beyond which their messages are forgotten.
     """
 
     def __init__(
@@ -159,7 +159,7 @@ class RegionSearch:
         used = 0
         state.open.sort(key=_precedence)
         for place, region in enumerate(state.open):
-            used += region.messages.nbytes
+            used += region.messages.nbytes + region.labels.nbytes + region.bounds.nbytes
             if used > self._memory and region.is_divided and place > 0:
                 state.open[place] = region.without_messages()
 
