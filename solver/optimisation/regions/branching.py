@@ -3,6 +3,7 @@
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.kernel import kernel
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.regions.region import Region
 
@@ -64,11 +65,27 @@ def _scatter(problem: LabellingProblem, labels: IntArray, weights: FloatArray) -
     matched = labels != UNMATCHED
     total, weights = float(weights.sum()), weights[matched]
     places = problem.candidates[labels[matched], 1]
-    apart = float(weights @ problem.target_distances[np.ix_(places, places)] @ weights)
+    apart = _weighted_distances(problem.target_distances, places, weights)
     if not apart > 0.0:
         return np.inf
     mean = apart / float(weights.sum()) ** 2
     return total / float(mean**1.5)
+
+
+@kernel
+def _weighted_distances(distances: FloatArray, places: IntArray, weights: FloatArray) -> float:
+    """Sum of the distances of every two places times both weights.
+
+    A matrix product would add in an order that depends on the processor, and points that a symmetry
+    takes to one another tie.
+    """
+    total = 0.0
+    for i in range(len(places)):
+        row, part = distances[places[i]], 0.0
+        for j in range(i):
+            part += weights[j] * row[places[j]]
+        total += 2.0 * weights[i] * part
+    return total
 
 
 def _clusters(problem: LabellingProblem, labels: IntArray, bounds: FloatArray) -> IntArray:
