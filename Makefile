@@ -47,7 +47,7 @@ test: $(VENV)/runtime  ## the checks and all tests
 	$(SUBMAKE) $(VENV)/dev browser || { kill $$warming; exit 1; }; \
 	nice $(SUBMAKE) lint & checking=$$!; \
 	wait $$warming || { kill $$checking; exit 1; }; \
-	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder; tested=$$?; \
+	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder --durations 15; tested=$$?; \
 	wait $$checking || { echo "The checks failed; what they found is said above the tests."; exit 1; }; \
 	exit $$tested
 
