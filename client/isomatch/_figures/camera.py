@@ -29,6 +29,10 @@ def aligned_view(view: Floats, points: Floats, other_points: Floats) -> Floats:
         (3, 3) view of the source.
     points, other_points
         (n, 3) corresponding points of source and target.
+
+    Returns
+    -------
+    (3, 3) rows: right, up, and towards the reader.
     """
     if len(points) < 3:
         return view

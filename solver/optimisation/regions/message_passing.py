@@ -96,7 +96,7 @@ def label_bounds(
 
     Returns
     -------
-    Of the labels of these points.
+    (K,) float64, of the labels of these points.
     """
     n, widest = len(rows) - 1, np.diff(rows).max()
     g, least = np.empty(widest), np.empty(widest)
