@@ -20,6 +20,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.labelling import LabellingProblem
 from solver.optimisation.primal import InfeasibleError, solve_lap
+from solver.optimisation.regions.message_passing import MetricCosts
 from solver.optimisation.regions.region import Region
 from solver.optimisation.regions.search import MEMORY, RegionSearch, RegionSearchState
 from solver.optimisation.rounding import allowance
@@ -162,11 +163,14 @@ class BlockSearch:
     ) -> None:
         self._problem, self._region = problem, region
         self._control, self._memory = control, memory
+        self._left = blocks_of(problem.n_sources)
+        # Of all blocks, so that they share a matrix of target distances.
+        greatest = problem.n_sources**2 * problem.scale
+        self._costs = MetricCosts.of(problem, greatest * max(each.times for each in self._left))
 
     def init(self) -> BlockSearchState:
         """Return the bound of the region, and no block."""
-        left = blocks_of(self._problem.n_sources)
-        return BlockSearchState(self._region.bound, left, 0.0, [])
+        return BlockSearchState(self._region.bound, list(self._left), 0.0, [])
 
     def step(self, state: BlockSearchState) -> BlockSearchState:
         """Raise the bound of the block that may be farthest from its optimum, or divide anew."""
@@ -203,7 +207,8 @@ class BlockSearch:
             except InfeasibleError:  # nor is there a correspondence of all points
                 state.bound, state.left, state.searches = np.inf, [], []
                 return
-            search = RegionSearch(part, [start], np.inf, self._control, memory)
+            costs = self._costs.of_block(part)
+            search = RegionSearch(part, [start], np.inf, self._control, memory, costs)
             state.searches.append((search, search.init()))
             state.constant += constant
 

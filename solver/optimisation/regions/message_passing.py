@@ -50,6 +50,13 @@ class MetricCosts(NamedTuple):
         np.fill_diagonal(target, -np.sqrt(2.0 * (limit + problem.scale) / beta.min()))
         return cls(np.ascontiguousarray(problem.source_distances), target, beta)
 
+    def of_block(self, block: LabellingProblem) -> "MetricCosts":
+        """Return the costs of a problem with the same target distances, which are not copied.
+
+        Its energies, weighted as they are, have to stay below the limit of these costs.
+        """
+        return self._replace(source=block.source_distances, beta=block.beta_of_pairs)
+
 
 @kernel
 def divide_costs(

@@ -53,7 +53,7 @@ def prove(
     Solution
         ``lower_bound <= optimum <= value``; both equal where the optimum is proven. Its iterations
         are the regions bounded. Open regions take at most 256 MB, and a proof of 100 points and 800
-        samples, with its blocks, some 820 MB.
+        samples, with its blocks, some 660 MB.
 
     Raises
     ------

@@ -91,6 +91,8 @@ class RegionSearch:
         Cancels and ends steps.
     memory
         Limit on the bytes of open regions, beyond which their messages are forgotten.
+    costs
+        Pairwise costs of the problem, if made already.
     """
 
     def __init__(
@@ -100,16 +102,17 @@ class RegionSearch:
         work: float,
         control: Control,
         memory: int = MEMORY,
+        costs: MetricCosts | None = None,
     ) -> None:
         self._problem, self._starts, self._work = problem, starts, work
-        self._control, self._memory = control, memory
+        self._control, self._memory, self._made = control, memory, costs
 
     def init(self) -> RegionSearchState:
         """Return the region of all correspondences, and the best local optimum near the starts."""
         problem = self._problem
         found = [Incumbent.of(problem, local_search(problem, start)) for start in self._starts]
         best = min(found, key=lambda one: one.energy)
-        self._costs = MetricCosts.of(problem, best.energy)
+        self._costs = self._made or MetricCosts.of(problem, best.energy)
         return RegionSearchState(best, problem.scale, [whole_region(problem)])
 
     def step(self, state: RegionSearchState) -> RegionSearchState:
