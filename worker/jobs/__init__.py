@@ -8,6 +8,7 @@ from worker.jobs.entry_points import run, stopped, worker_settings
 from worker.jobs.matches import MatchInput, match_shapes
 from worker.jobs.meshes import mesh_from_bytes, mesh_to_bytes
 from worker.jobs.options import options_of
+from worker.jobs.problems import timed_out
 from worker.jobs.torus import torus_file
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "result_of",
     "run",
     "stopped",
+    "timed_out",
     "torus_file",
     "worker_settings",
 ]

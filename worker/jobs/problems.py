@@ -38,6 +38,20 @@ def unreadable(job_id: str, error: Exception | JobTimedOut) -> Problem:
     return newer_version() if isinstance(error, NewerRecord) else _internal(job_id)
 
 
+def timed_out(record: JobRecord | None) -> Problem:
+    """Return the problem of a job, unreadable perhaps, that took longer than it may."""
+    what, remedy = "This", "simplify the shapes"
+    payload = getattr(record, "payload", None)
+    if record is not None and record.kind in UNUSABLE:
+        what, remedy = "Reading the file", "send a smaller or simpler one"
+    elif hasattr(payload, "shapes"):
+        remedy = "give fewer shapes, or simplify them"
+    elif hasattr(getattr(payload, "parameters", None), "time_limit"):
+        remedy = "try fewer points or a time_limit"
+    detail = f"{what} takes longer than a job may take; {remedy}."
+    return Problem.of(ProblemType.TIMED_OUT, detail)
+
+
 def problem_of(error: Exception | JobTimedOut, record: JobRecord) -> Problem:
     """Return the problem of a job that raised an error.
 
@@ -67,7 +81,7 @@ def problem_of(error: Exception | JobTimedOut, record: JobRecord) -> Problem:
             stated = f"{detail[:1].upper()}{detail[1:].removesuffix('.')}."
             return Problem.of(ProblemType.OUT_OF_MEMORY, stated)
         case JobTimedOut() | TimeUp():
-            return Problem.of(ProblemType.TIMED_OUT, _timed_out(record))
+            return timed_out(record)
         case NoAlternative():
             return Problem.of(ProblemType.INVALID_REQUEST, str(error), (error.field,))
         case NewerRecord():
@@ -84,17 +98,6 @@ def _not_transferred(error: TransferError, file: tuple[FieldProblem, ...]) -> Pr
         return Problem.of(ProblemType.UNUSABLE_ATTRIBUTES, str(error), file)
     landmarks = FieldProblem(field="body.landmarks", message=str(error))
     return Problem.of(ProblemType.MISPLACED_LANDMARKS, str(error), (landmarks,))
-
-
-def _timed_out(record: JobRecord) -> str:
-    """Return what happened and what can be done, which only some requests can do by parameters."""
-    if record.kind in UNUSABLE:
-        return "Reading the file takes longer than a job may take; send a smaller or simpler one."
-    if hasattr(record.payload, "shapes"):
-        return "This takes longer than a job may take; give fewer shapes, or simplify them."
-    if hasattr(getattr(record.payload, "parameters", None), "time_limit"):
-        return "This takes longer than a job may take; try fewer points or a time_limit."
-    return "This takes longer than a job may take; simplify the shapes."
 
 
 def _store_failed(error: Exception | JobTimedOut) -> Problem | None:

@@ -16,7 +16,7 @@ from rq.serializers import JSONSerializer
 from broker.blobs import BlobError
 from broker.environment import setting_errors
 from broker.processes import die_with_parent, forks_die_with_parent
-from broker.queue import QUEUES, FairQueue
+from broker.queue import QUEUES, FairQueue, tenant_of
 from broker.store import CONNECT_TIMEOUT, Store, connect
 from broker.telemetry import configure_logging, logger
 from broker.tracing import exporting, prepare
@@ -26,7 +26,7 @@ from broker.upkeep import (
     handle_lost_process,
     store_away,
 )
-from worker.jobs import worker_settings
+from worker.jobs import timed_out, worker_settings
 from worker.process.prefork import fork_workers
 from worker.process.warmup import compile_rest, warm_up
 
@@ -147,9 +147,13 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
     """
     client = store.client
 
-    def killed(job: Job, pid: int, status: int, usage: object) -> None:
+    def killed(job: Job, pid: int | None, status: int | None, usage: object) -> None:
+        # RQ itself has killed a process that did not notice its timeout, and then gives no status.
+        allowed, reason = LOSSES_AFTER_KILL, None
+        if status is None:
+            allowed, reason = 0, timed_out(store.of(tenant_of(job)).jobs.readable(job.id))
         with exporting("worker"):
-            handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL, worker.name)
+            handle_lost_process(store, job, _describe(status), allowed, worker.name, reason)
 
     def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
         # The runner handles the errors of jobs; these are RQ's own, or the store's.
@@ -175,6 +179,6 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
 
 def _describe(status: int | None) -> str:
     if status is None:
-        return "unknown exit status"
+        return "its time was up"
     code = os.waitstatus_to_exitcode(status)
     return f"signal {-code}" if code < 0 else f"exit status {code}"
