@@ -100,7 +100,7 @@ class PartMap:
         """
         ours, theirs = (one.sides[self.bent] for one in (self, other))
         fixed = self.sides[1 - self.bent].shape
-        there, met = fixed.mesh.vertices, ours.covered & theirs.covered
+        there, met = fixed.surface.vertices, ours.covered & theirs.covered
         away = np.linalg.norm(there[ours.images[0][met]] - there[theirs.images[0][met]], axis=1)
         if met.any() and away.mean() < SAME_OVERLAP * fixed.size:
             return self

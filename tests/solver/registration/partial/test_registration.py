@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from solver.arrays import BoolArray, FloatArray, IntArray
@@ -86,6 +87,23 @@ def test_the_answer_in_exchanged_roles_is_a_rival_if_it_differs(found: PartMap) 
     assert doubted.sides is found.sides
     assert doubted.confidence.probability < 0.5
     assert RIVAL in doubted.confidence.reasons
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_answers_in_exchanged_roles_are_compared_in_any_unit(found: PartMap, unit: float) -> None:
+    sides = [
+        replace(one, shape=Shape(one.shape.mesh.scaled(unit)))
+        for one in (found.source, found.target)
+    ]
+    scaled = replace(found, sides=(sides[0], sides[1]))
+    mesh = scaled.target.shape.mesh
+    vertices, faces, barycentric = found.source.images
+    for away, differs in ((0.05, False), (0.3, True)):
+        shifted = mesh.vertices[vertices] + away * np.sqrt(mesh.area) * np.array([0.0, 1.0, 0.0])
+        there = np.asarray(KDTree(mesh.vertices).query(shifted)[1])
+        moved = replace(scaled.source, images=(there, faces, barycentric))
+        other = replace(scaled, bent=1, sides=(moved, scaled.target))
+        assert (scaled.among(other, Control()) is not scaled) == differs
 
 
 def test_every_vertex_of_a_part_goes_back_where_it_was(
