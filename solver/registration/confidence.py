@@ -120,6 +120,11 @@ class Confidence:
         return self.measures.get("refined_score")
 
     @property
+    def is_unfinished(self) -> bool:
+        """Whether the time limit ended the search."""
+        return UNFINISHED in self.reasons
+
+    @property
     def is_contradicted(self) -> bool:
         """Whether landmarks contradict the answer."""
         return CONTRADICTED in self.reasons
@@ -161,7 +166,8 @@ class Confidence:
             By the other evidence alone; the greater one counts.
         """
         surest = max(self.probability, probability)
-        reasons = self.reasons if surest < SURE else ()
+        unfinished = (UNFINISHED,) if self.is_unfinished else ()
+        reasons = self.reasons if surest < SURE else unfinished
         return replace(self, probability=surest, reasons=reasons)
 
     def of_reflection(self) -> "Confidence":

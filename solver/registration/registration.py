@@ -87,15 +87,16 @@ class Registration:
         return self.score < EXACT
 
     def among(self, other: "Registration") -> "Registration":
-        """Return the registration as one of two: the confidence is less if both fit equally.
+        """Return the registration as one of two: the confidence is less if it fits no better.
 
         Parameters
         ----------
         other
             Of the same shapes; both of :func:`.register_map`.
         """
-        margin = abs(other.score - self.score)
-        return replace(self, confidence=confidence_of(self.candidate.fit, margin))
+        margin = other.score - self.score
+        complete = not self.confidence.is_unfinished
+        return replace(self, confidence=confidence_of(self.candidate.fit, margin, complete))
 
     def differs_from(self, other: "Registration") -> bool:
         """Return whether another registration is another map.

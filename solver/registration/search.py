@@ -132,21 +132,19 @@ def search(
         scores = [one.fit.score for one in best]
         margin = margin_of(scores)
         said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
-        among = None
         if margin < RIVAL_MARGIN and said.probability < SURE and not control.expired:
             control.report(STAGE, 0.8)
             among = _choice_of_rivals(best, reduced(MANY_VERTICES), control)
-        if among is None:
-            said = said.among(scores, REFINED_EXACT)
-        else:
-            best, margin = among
-            said = refined_confidence(
-                known,
-                best[0].fit,
-                margin,
-                among_rivals=True,
-                complete=not control.expired,
-            )
+            if among is not None:
+                best, margin = among
+                said = refined_confidence(
+                    known,
+                    best[0].fit,
+                    margin,
+                    among_rivals=True,
+                    complete=not control.expired,
+                )
+        said = said.among(scores, REFINED_EXACT)
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
         return Found(tuple(found), _among_fits(known, found))

@@ -114,3 +114,5 @@ def test_other_evidence_dispels_doubts_if_it_is_sure() -> None:
     assert doubted.at_least(0.95) == Confidence(0.95, ())
     assert doubted.at_least(0.5) == Confidence(0.5, (MISFIT,))
     assert doubted.at_least(0.1) == doubted
+    unfinished = Confidence(0.3, (MISFIT, UNFINISHED))
+    assert unfinished.at_least(0.95) == Confidence(0.95, (UNFINISHED,))

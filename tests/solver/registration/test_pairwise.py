@@ -1,6 +1,7 @@
 """Registrations of pairs whose answer is known."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,6 +80,17 @@ def test_a_symmetric_surface_is_registered_with_doubt(finer: bool) -> None:
     order = np.random.default_rng(5).permutation(other.n_vertices)
     turned = triangle_mesh(other.vertices[order], np.argsort(order)[other.faces])
     found = register(Shape(ball), Shape(turned), (), Control())
+    assert found is not None
+    assert found.confidence.probability < 0.5
+    assert RIVAL in found.confidence.reasons
+
+
+def test_an_ellipsoid_sampled_anew_is_registered_with_doubt() -> None:
+    """Its half-turns fit as well as itself, and only their sampling tells which fits best."""
+    ball, axes = shapes.icosphere(3), np.array([1.0, 0.7, 1.8])
+    turns = (Rotation.random(random_state=seed).as_matrix() for seed in (6, 7))
+    here, there = (Shape(triangle_mesh(ball.vertices @ turn * axes, ball.faces)) for turn in turns)
+    found = register(here, there, (), Control())
     assert found is not None
     assert found.confidence.probability < 0.5
     assert RIVAL in found.confidence.reasons
@@ -266,3 +278,7 @@ def test_a_map_is_registered_where_it_puts_the_source(blob: Shape) -> None:
     assert wrong.score > right.score
     assert right.among(right).confidence.margin == 0.0
     assert right.among(wrong).confidence.margin == min(wrong.score - right.score, 1.0)
+    assert wrong.among(right).confidence.margin == 0.0
+    assert RIVAL in wrong.among(right).confidence.reasons
+    unfinished = replace(right, confidence=replace(right.confidence, reasons=(UNFINISHED,)))
+    assert UNFINISHED in unfinished.among(wrong).confidence.reasons
