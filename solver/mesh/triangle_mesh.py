@@ -218,7 +218,7 @@ class TriangleMesh:
     @cached_property
     def edge_neighbours(self) -> tuple[IntArray, IntArray]:
         """Neighbours of vertex v over edges alone: ``second[first[v]:first[v + 1]]``."""
-        return self.neighbours if not len(self.links) else _adjacency(self.edges, self.n_vertices)
+        return self.neighbours if self.components == 1 else _adjacency(self.edges, self.n_vertices)
 
     @cached_property
     def incident_faces(self) -> tuple[IntArray, IntArray]:

@@ -131,7 +131,7 @@ def _on_one_side(sides: IntArray, ends: _Places, source: TriangleMesh, paint: Pa
     begin = cut.faces[number[np.repeat(sides, 3)]]
     apart = np.linalg.norm(cut.vertices[begin] - places[:, None], axis=2)
     start = begin[np.arange(len(begin)), apart.argmin(axis=1)]
-    stops = descend(places, cut.vertices, *cut.neighbours, start)
+    stops = descend(places, cut.vertices, *cut.edge_neighbours, start)
     reached = (there >= 0) & _beside(cut, stops, cut.faces[there])
     nearest, weights = project(places, cut.vertices, cut.faces, *cut.incident_faces, stops)
     faces = np.where(reached, ends.faces, textured[nearest])

@@ -69,6 +69,16 @@ def test_links_have_the_least_total_length_that_connects(
     assert between[links[:, 0], links[:, 1]].sum() == pytest.approx(tree.sum())
 
 
+def test_neighbours_over_edges_are_found_without_links() -> None:
+    """Links of many components take time."""
+    mesh = two_spheres()
+    first, neighbours = mesh.edge_neighbours
+    assert "links" not in vars(mesh)
+    ends = mesh.component_of_vertex[neighbours]
+    own = np.repeat(mesh.component_of_vertex, np.diff(first))
+    np.testing.assert_array_equal(ends, own)
+
+
 def test_a_connected_mesh_has_no_links() -> None:
     assert shapes.blob().links.shape == (0, 2)
 

@@ -11,7 +11,7 @@ import trimesh
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
-from solver.mesh import TriangleMesh, mapped_surface, read_mesh, textured_surface
+from solver.mesh import TriangleMesh, mapped_surface, read_mesh, textured_surface, triangle_mesh
 from solver.mesh.textures import Material, Paint, Texture, Wrap
 from solver.registration import DenseCorrespondence
 from solver.transfer import baked_texture, carried_paint
@@ -141,6 +141,25 @@ def test_each_triangle_is_in_one_chart(target: TriangleMesh) -> None:
     assert (left == upper).mean() > 0.97
     naive = by_vertex(target, back, own)[..., 0]
     assert not ((naive < 0.5).all(axis=1) | (naive > 0.5).all(axis=1)).all()
+
+
+def test_triangles_over_a_gap_stay_in_the_chart_of_their_centre() -> None:
+    """Components of the source are matched as one surface, but in the image they lie apart."""
+    target = shapes.plane_grid(20, 11, 1.0)
+    right = target.vertices[:, 0] > 0.5
+    whole = (right[target.faces] == right[target.faces[:, :1]]).all(axis=1)
+    # A gap of two fifths of a cell.
+    places = target.vertices - np.outer(right, [0.03, 0.0, 0.0])
+    source = triangle_mesh(places, target.faces[whole])
+    faces, shares = source.at_vertices(np.arange(source.n_vertices))
+    every = source.vertex_ids
+    back = DenseCorrespondence(every, every, source.vertex_ids[source.faces[faces]], shares)
+    own = 0.3 * places[:, :2] + np.outer(right, [0.7, 0.0])
+    found = carried_paint(target, back, source, paint_of(own[source.faces])).coordinates
+    assert source.components == 2
+    assert extent(own[target.faces]).max() > 0.7
+    assert extent(found).max() < 1.01 * extent(own[source.faces]).max()
+    np.testing.assert_allclose(found[whole], own[target.faces[whole]], atol=1e-9)
 
 
 def test_there_and_back_loses_little() -> None:
