@@ -107,14 +107,14 @@ def surface_images(
     weights = points.barycentric
     if (weights < 0.0).any() or (np.abs(weights.sum(axis=1) - 1.0) > 1e-3).any():
         raise TransferError("barycentric coordinates must not be negative, and their sum is 1")
-    rows = _rows(dense, points.corners)
-    triangles = target.vertices_of(dense.faces[rows].ravel()).reshape(*rows.shape, 3)
-    images = np.einsum("ncb,ncbd->ncd", dense.barycentric[rows], target.vertices[triangles])
-    means = np.einsum("nc,ncd->nd", weights / weights.sum(axis=1, keepdims=True), images)
+    # Samples share corners: the image of each is computed once.
+    rows, of_corner = np.unique(_rows(dense, points.corners), return_inverse=True)
+    triangles, shares = target.vertices_of(dense.faces[rows]), dense.barycentric[rows]
+    images = np.einsum("kb,kbd->kd", shares, target.vertices[triangles])
+    means = np.einsum("nc,ncd->nd", weights / weights.sum(axis=1, keepdims=True), images[of_corner])
     # Descent in space begins at the image of the nearest corner, so that it stays on its limb.
-    chosen, every = weights.argmax(axis=1), np.arange(len(rows))
-    main = dense.barycentric[rows[every, chosen]].argmax(axis=1)
-    start = triangles[every, chosen, main]
+    main = triangles[np.arange(len(rows)), shares.argmax(axis=1)]
+    start = main[of_corner[np.arange(len(weights)), weights.argmax(axis=1)]]
     nearest = descend(means, target.vertices, *target.neighbours, start)
     return project(means, target.vertices, target.faces, *target.incident_faces, nearest)
 
