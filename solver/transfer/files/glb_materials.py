@@ -40,7 +40,7 @@ def write_materials(file: GlbFile, paint: Paint, mipmaps: bool) -> list[tuple[In
     kinds, kind = np.unique(table, axis=0, return_inverse=True)
     order = np.argsort(kind.reshape(-1), kind="stable")
     chosen = np.split(order, np.cumsum(np.bincount(kind.reshape(-1)))[:-1])
-    images: dict[int, int] = {}
+    images: dict[float, int] = {}
     found = []
     for faces, (number, place, *factor) in zip(chosen, kinds.tolist(), strict=True):
         material = paint.materials[int(place)] if place >= 0 else Material()
@@ -50,11 +50,9 @@ def write_materials(file: GlbFile, paint: Paint, mipmaps: bool) -> list[tuple[In
             "baseColorFactor": [*factor, 1.0],
         }
         if 0 <= number < len(paint.textures):
-            texture = paint.textures[int(number)]
-            index = images.setdefault(int(number), len(images))
-            if index == len(file.tree.get("textures", [])):
-                _write_texture(file, texture, mipmaps)
-            shown["baseColorTexture"] = {"index": index}
+            if number not in images:
+                images[number] = _write_texture(file, paint.textures[int(number)], mipmaps)
+            shown["baseColorTexture"] = {"index": images[number]}
         named = {"name": material.name} if material.name else {}
         found.append((faces, file.append("materials", named | {"pbrMetallicRoughness": shown})))
     return found
@@ -67,7 +65,8 @@ def png_of(texture: Texture) -> bytes:
     return stream.getvalue()
 
 
-def _write_texture(file: GlbFile, texture: Texture, mipmaps: bool) -> None:
+def _write_texture(file: GlbFile, texture: Texture, mipmaps: bool) -> int:
+    """Write a texture with its image, and return its index."""
     view = file.view(png_of(texture))
     image = file.append("images", {"bufferView": view, "mimeType": "image/png"})
     across, down = (_WRAPS[wrap] for wrap in texture.wrap)
@@ -77,4 +76,4 @@ def _write_texture(file: GlbFile, texture: Texture, mipmaps: bool) -> None:
         "wrapS": across,
         "wrapT": down,
     }
-    file.append("textures", {"source": image, "sampler": file.append("samplers", sampler)})
+    return file.append("textures", {"source": image, "sampler": file.append("samplers", sampler)})

@@ -122,9 +122,9 @@ def _normals(surface: WrittenSurface) -> npt.NDArray[np.float32]:
 
 def _matte(file: GlbFile) -> int:
     """Return the index of the material that is no metal, the same for all surfaces."""
-    if "materials" not in file.tree:
-        return file.append("materials", {"pbrMetallicRoughness": {"metallicFactor": 0.0}})
-    return 0
+    matte = {"pbrMetallicRoughness": {"metallicFactor": 0.0}}
+    there = file.tree.get("materials", [])
+    return there.index(matte) if matte in there else file.append("materials", matte)
 
 
 def _write_attribute(
