@@ -98,25 +98,44 @@ def _is_numeric(values: Column) -> bool:
 
 
 def to_columns(attributes: Sequence[Attribute]) -> dict[str, Column]:
-    """Return the columns of attributes; colours as bytes.
+    """Return the columns of attributes by names that differ; colours as bytes.
 
-    An attribute of one column gets another name if it would be read as a part of one of several.
+    An attribute gets another name if it, or its columns, would be read as a part of another one.
     """
-    wide = {one.name: _columns_of(one) for one in attributes if one.width}
-    taken = {name for own in wide.values() for name in own}
+    wide = {one.name: one for one in attributes if one.width}
+    single = {one.name: one for one in attributes if not one.width}
+    parts = {name for one in wide.values() for name in _columns_of(one)}
+    groups = renamed(wide, {*single, *parts}, _group_name)
+    tables = {one.name: _columns_of(replace(one, name=name)) for name, one in groups.items()}
+    taken = {*groups, *(name for own in tables.values() for name in own)}
     colored = any(map(_is_colors, attributes))
-    columns: dict[str, Column] = {}
-    for one in attributes:
-        if one.width:
-            columns |= wide[one.name]
-            continue
-        group, column = _split(one.name)
-        name = f"{group}_{column}" if group in wide else one.name
-        # The case of the names of colours does not count when they are read.
-        name = _free(f"{name}_" if colored and name.lower() in CHANNELS else name, taken)
-        columns[name] = one.values
-        taken.add(name)
-    return columns
+    named = renamed(single, taken, lambda name: _single_name(name, groups, colored))
+    tables |= {one.name: {name: one.values} for name, one in named.items()}
+    return {name: values for one in attributes for name, values in tables[one.name].items()}
+
+
+def _group_name(name: str) -> str:
+    """Return a name of an attribute of several columns that is not read as weights.
+
+    The case of `weights` does not count in CSV.
+    """
+    if name == WEIGHTS_NAME or not _is_of_weights(f"{name}."):
+        return name
+    return name.replace(".", "_") if "." in name else f"{name}_"
+
+
+def _single_name(name: str, groups: Collection[str], colored: bool) -> str:
+    """Return a name of an attribute of one column that is not read as a part of one of several."""
+    if WEIGHTS_NAME in groups and _is_of_weights(name):
+        name = name.replace(".", "_", 1)
+    while _split(name)[0] in groups:
+        name = "_".join(_split(name))
+    # The case of the names of colours does not count when they are read.
+    return f"{name}_" if colored and name.lower() in CHANNELS else name
+
+
+def _is_of_weights(column: str) -> bool:
+    return column.lower().startswith(f"{WEIGHTS_NAME}.")
 
 
 def _columns_of(attribute: Attribute) -> dict[str, Column]:

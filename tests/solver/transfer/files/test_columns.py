@@ -63,7 +63,20 @@ def test_text_is_never_grouped() -> None:
         ({"flow": ROWS * 1.5, "flow.x": XY}, ["flow", "flow.x"]),
         ({"a.b": ROWS, "flow": XY}, ["a.b", "flow"]),
         ({"flow.0": ROWS, "flow": XY}, ["flow_0", "flow"]),
-        ({"flow.0": ROWS, "flow_0": ROWS + 7, "flow": XY}, ["flow_0", "flow_0_", "flow"]),
+        ({"flow.0": ROWS, "flow_0": ROWS + 7, "flow": XY}, ["flow_0_", "flow_0", "flow"]),
+        ({"flow.0": ROWS, "flow_0": XY + 7, "flow": XY}, ["flow_0_", "flow_0", "flow"]),
+        ({"flow": RGB, "flow.x": XY}, ["flow", "flow.x_"]),
+        ({"flow.x": XY, "flow": RGB, "flow.x_": ROWS}, ["flow.x__", "flow", "flow_x_"]),
+        ({"a.b.c": ROWS, "a.b": XY, "a": RGB}, ["a_b_c", "a.b", "a"]),
+        ({"red": XY, "colors": RGB}, ["red_", "colors"]),
+        (
+            {"weights": RGB, "weights.a": XY, "Weights": XY + 1},
+            ["weights", "weights_a", "Weights_"],
+        ),
+        (
+            {"weights": RGB, "weights.a": ROWS, "Weights.b": ROWS},
+            ["weights", "weights_a", "Weights_b"],
+        ),
         ({"Red": ROWS, "alpha": ROWS * 5, "colors": RGB}, ["Red_", "alpha_", "colors"]),
     ],
 )
@@ -76,6 +89,18 @@ def test_attributes_of_similar_names_are_read_again(
     assert {*found} == {*names}
     for name, values in zip(names, attributes.values(), strict=True):
         np.testing.assert_array_equal(found[name], values)
+
+
+@pytest.mark.parametrize("file_type", ["csv", "ply"])
+def test_joints_called_as_columns_of_another_attribute_keep_their_weights(file_type: str) -> None:
+    skin = Attribute("weights", XY + 0.5, ("a.0", "a.1"))
+    given = [skin, Attribute("weights.a", XY)]
+    data = write_attributes(given, file_type, WrittenSurface.of(TRIANGLE, given))
+    found, other = read_attributes(data, file_type)
+    assert (found.name, found.columns) == ("weights", skin.columns)
+    np.testing.assert_array_equal(found.values, skin.values)
+    assert other.name == "weights_a"
+    np.testing.assert_array_equal(other.values, XY)
 
 
 def test_columns_keep_the_order_of_attributes() -> None:
