@@ -135,9 +135,11 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     if arrays is None:
         raise ResultGone("the result has expired")
     attributes = read_attributes(arrays, "npz")
-    # The archive has no names of columns but those of joints.
-    known = {one.name: one.columns for one in result.attributes}
-    named = tuple(replace(one, columns=known[one.name], on=result.on) for one in attributes)
+    # The archive has no names of columns but those of joints, and others for names of its own.
+    named = tuple(
+        replace(one, name=known.name, columns=known.columns, on=result.on)
+        for one, known in zip(attributes, result.attributes, strict=True)
+    )
     if file_type == "csv":
         return write_csv(named)
     if (result.what, file_type) == (SKINNING, "glb"):

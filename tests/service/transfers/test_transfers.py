@@ -214,6 +214,19 @@ def test_colours_of_the_shape_itself_in_every_format(http: httpx2.Client, match:
         assert len(seen.faces) == OTHER.n_faces
 
 
+def test_exports_have_names_that_the_archive_has_for_its_own(
+    http: httpx2.Client, match: str
+) -> None:
+    heights = MESH.vertices[:, 1].tolist()
+    uploaded = send(http, table(joint_names=heights, depth=heights)).json()["id"]
+    job = carried(http, match, attributes=uploaded, what="scalars")
+    assert [*arrays_of(http, job)] == ["joint_names_", "depth"]
+    for file_type in ("csv", "ply"):
+        found = read_attributes(export(http, job, file_type).content, file_type)
+        assert [one.name for one in found] == ["joint_names", "depth"]
+        np.testing.assert_allclose(found[0].values[TRUTH], heights, atol=1e-3)
+
+
 def test_skinning_weights_as_a_skinned_surface(http: httpx2.Client, match: str) -> None:
     weights = np.random.default_rng(1).random((COUNT, 3))
     skin = Attribute("weights", weights, ("hip", "knee", "foot"), parents=(-1, 0, 1))
