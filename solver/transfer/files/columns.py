@@ -6,21 +6,21 @@ columns of numbers are one attribute if there are two or more of a name, or one 
 is called by the name alone: ``seg.label`` is a column as others, and so is ``k.max`` beside ``k``.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.limits import colors_in_range
+from solver.transfer.files.names import renamed
 
 CHANNELS: Final = ("red", "green", "blue", "alpha")
 _AXES: Final = "xyz"
 
 Column = npt.NDArray[Any]
-T = TypeVar("T")
 
 
 def from_columns(columns: Mapping[str, Column]) -> list[Attribute]:
@@ -48,7 +48,7 @@ def from_columns(columns: Mapping[str, Column]) -> list[Attribute]:
     found |= {name: Attribute(name, others[name]) for name in others if name not in grouped}
     if channels:
         # Nothing but the colours may have their name.
-        own = _free(COLORS_NAME, {COLORS_NAME, *columns, *groups})
+        (own,) = renamed({COLORS_NAME: channels}, {COLORS_NAME, *columns, *groups})
         found = {
             name: replace(one, name=own) if one.name == COLORS_NAME else one
             for name, one in found.items()
@@ -149,38 +149,6 @@ def _columns_of(attribute: Attribute) -> dict[str, Column]:
 
 def _is_colors(attribute: Attribute) -> bool:
     return attribute.name == COLORS_NAME and attribute.width in (3, 4)
-
-
-def _free(name: str, taken: Collection[str]) -> str:
-    """Return a name that is not taken: underscores are appended."""
-    while name in taken:
-        name += "_"
-    return name
-
-
-def renamed(
-    columns: Mapping[str, T],
-    taken: Collection[str],
-    spelling: Callable[[str], str] = str,
-) -> dict[str, T]:
-    """Return columns by names that differ from those that are taken: an underscore is appended.
-
-    Parameters
-    ----------
-    columns
-        By name, or something else that has names.
-    taken
-        Names that a format has for its own.
-    spelling
-        Returns a name as the format can write it; several names may become one.
-    """
-    found: dict[str, T] = {}
-    for name, values in columns.items():
-        own = spelling(name)
-        while own in taken or own in found or (own != name and own in columns):
-            own += "_"
-        found[own] = values
-    return found
 
 
 def column_names(attribute: Attribute) -> tuple[str, ...]:

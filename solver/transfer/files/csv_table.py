@@ -17,8 +17,9 @@ import numpy as np
 
 from solver.errors import TransferError
 from solver.transfer.attributes import WEIGHTS_NAME, Attribute
-from solver.transfer.files.columns import CHANNELS, Column, from_columns, renamed, to_columns
+from solver.transfer.files.columns import CHANNELS, Column, from_columns, to_columns
 from solver.transfer.files.limits import check_size, text_column
+from solver.transfer.files.names import renamed
 from solver.transfer.overlap import CORNERS, FACES, VERTICES
 
 _NUMBERED: Final = {"vertex": VERTICES, "face": FACES}

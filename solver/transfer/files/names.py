@@ -1,6 +1,9 @@
 """Names that differ, for what a format tells apart by name."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
 def distinct(names: Iterable[str]) -> tuple[str, ...]:
@@ -18,3 +21,28 @@ def distinct(names: Iterable[str]) -> tuple[str, ...]:
             own += "_"
         found[own] = None
     return tuple(found)
+
+
+def renamed(
+    columns: Mapping[str, T],
+    taken: Collection[str],
+    spelling: Callable[[str], str] = str,
+) -> dict[str, T]:
+    """Return columns by names that differ from those that are taken: an underscore is appended.
+
+    Parameters
+    ----------
+    columns
+        By name, or something else that has names.
+    taken
+        Names that a format has for its own.
+    spelling
+        Returns a name as the format can write it; several names may become one.
+    """
+    found: dict[str, T] = {}
+    for name, values in columns.items():
+        own = spelling(name)
+        while own in taken or own in found or (own != name and own in columns):
+            own += "_"
+        found[own] = values
+    return found

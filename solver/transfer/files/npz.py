@@ -13,8 +13,8 @@ import numpy.typing as npt
 from solver.arrays import array_header, npz_bytes
 from solver.errors import TransferError
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
-from solver.transfer.files.columns import renamed
 from solver.transfer.files.limits import MOST_COLUMNS, MOST_VALUES, check_size, colors_in_range
+from solver.transfer.files.names import renamed
 
 _JOINTS: Final = "joints"
 _JOINT_NAMES: Final = "joint_names"

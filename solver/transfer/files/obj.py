@@ -9,8 +9,9 @@ from solver.arrays import IntArray
 from solver.errors import MeshError, TransferError
 from solver.mesh.formats import read_obj, read_obj_parts
 from solver.transfer.attributes import COLORS_NAME, Attribute
-from solver.transfer.files.columns import CHANNELS, renamed
+from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.limits import text_column
+from solver.transfer.files.names import renamed
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES
 

@@ -10,7 +10,8 @@ import numpy.typing as npt
 from solver.errors import MeshError, TransferError
 from solver.mesh.formats import PlyColumns, ply_columns
 from solver.transfer.attributes import Attribute
-from solver.transfer.files.columns import CHANNELS, from_columns, renamed, to_columns
+from solver.transfer.files.columns import CHANNELS, from_columns, to_columns
+from solver.transfer.files.names import renamed
 from solver.transfer.files.ply_legends import Legends, labels_in_words
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES, VERTICES
