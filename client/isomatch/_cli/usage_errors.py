@@ -39,8 +39,20 @@ class Commands(TyperGroup):
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that a command line names, which runs from here on."""
         name, command, rest = super().resolve_command(ctx, args)
+        if not ctx.resilient_parsing:
+            _refuse_options_before(ctx, command)
         _running.set(command)
         return name, command, rest
+
+
+def _refuse_options_before(ctx: Any, command: Any) -> None:
+    """Refuse options before the name of a command, which it would not get."""
+    for option in ctx.command.params:
+        source = ctx.get_parameter_source(option.name)
+        if source is not None and source.name == "COMMANDLINE":
+            taken = option.name in {one.name for one in command.params}
+            advice = "give it after" if taken else "leave it out of"
+            raise typer.BadParameter(f"{advice} `{command.name}`", ctx=ctx, param=option)
 
 
 def _report(error: Any) -> NoReturn:
