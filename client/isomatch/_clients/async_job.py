@@ -73,7 +73,7 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
                 self._remember(record)
                 yield record
 
-    async def result(self, progress: bool = False, timeout: float | None = None) -> ResultT:
+    async def result(self, *, progress: bool = False, timeout: float | None = None) -> ResultT:
         """Wait until the job has ended, and return its result.
 
         Parameters

@@ -31,7 +31,7 @@ class AsyncLandmarkJob:
         self.job_ids = tuple(record.id for record in records)
 
     async def result(
-        self, progress: bool = False, timeout: float | None = None
+        self, *, progress: bool = False, timeout: float | None = None
     ) -> CarriedLandmarks:
         """Wait until the matches have ended, and carry the landmarks to the specimen.
 

@@ -75,7 +75,7 @@ class Job(RecordedJob, Generic[ResultT]):
                 self._remember(record)
                 yield record
 
-    def result(self, progress: bool = False, timeout: float | None = None) -> ResultT:
+    def result(self, *, progress: bool = False, timeout: float | None = None) -> ResultT:
         """Wait until the job has ended, and return its result.
 
         Parameters

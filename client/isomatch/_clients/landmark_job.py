@@ -34,7 +34,7 @@ class LandmarkJob:
         self._transfers: dict[str, str] = {}
         self.job_ids = tuple(record.id for record in records)
 
-    def result(self, progress: bool = False, timeout: float | None = None) -> CarriedLandmarks:
+    def result(self, *, progress: bool = False, timeout: float | None = None) -> CarriedLandmarks:
         """Wait until the matches have ended, and carry the landmarks to the specimen.
 
         Parameters
