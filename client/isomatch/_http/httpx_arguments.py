@@ -1,8 +1,10 @@
 """Keyword arguments for httpx2, the same for blocking and asynchronous clients."""
 
 import json
+import math
 import re
 import sys
+import time
 from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any, Final, TypedDict
@@ -13,6 +15,9 @@ import numpy as np
 from isomatch._http.operation import Call
 
 LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
+
+_LEAST: Final = 0.01
+"""Seconds for an answer at a deadline: httpx2 takes no limit of 0."""
 
 _SURROGATES: Final = re.compile("[\ud800-\udfff]")
 
@@ -48,7 +53,7 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
         "method": call.method,
         "url": call.path,
         "params": {key: value for key, value in call.query.items() if value is not None},
-        "timeout": None if timeout is None else timeout + call.patience,
+        "timeout": _limit(call, timeout),
         "headers": {**_trace_context(), **call.headers},
     }
     if call.body is not None:
@@ -58,6 +63,13 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
         arguments["files"] = {"file": (_encodable(call.file.name), call.file.content)}
         arguments["data"] = {field: _encodable(value) for field, value in call.form.items()}
     return arguments
+
+
+def _limit(call: Call, timeout: float | None) -> float | None:
+    """Return the seconds without progress after which a call fails; None for no limit."""
+    patience = math.inf if timeout is None else timeout + call.patience
+    limit = min(patience, max(call.deadline - time.monotonic(), _LEAST))
+    return None if limit == math.inf else limit
 
 
 def _encodable(name: str) -> str:

@@ -6,6 +6,7 @@ they arrive. A transport runs them, blocking (:mod:`isomatch._http.blocking_tran
 asynchronously (:mod:`isomatch._http.async_transport`), so that one body serves both clients.
 """
 
+import math
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import BinaryIO, Generic, TypeAlias, TypeVar
@@ -47,6 +48,8 @@ class Call:
     outage
         Seconds for which the call is repeated while no service answers, however few retries these
         take; not where retries are switched off.
+    deadline
+        Time of `time.monotonic` from which no answer is waited for, and the call is not repeated.
     deletes
         Whether it deletes its resource, so that a repetition may find it gone.
     """
@@ -60,6 +63,7 @@ class Call:
     headers: Mapping[str, str] = field(default_factory=dict)
     patience: float = 0.0
     outage: float = 0.0
+    deadline: float = math.inf
     deletes: bool = False
 
 

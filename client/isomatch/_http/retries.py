@@ -118,11 +118,11 @@ def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
             response = yield call
         except httpx2.TransportError as error:
             sent |= not isinstance(error, _NEVER_SENT)
-            if failures.exhausted():
+            if failures.exhausted() or time.monotonic() >= call.deadline:
                 failed = ConnectionFailed(failure_message(error, call))
                 failed.sent = sent
                 raise failed from error
-            yield Pause(failures.pause())
+            yield _pause(failures.pause(), call)
         else:
             assert response is not None
             if call.deletes and failures.repeated and response.status_code in _GONE:
@@ -130,9 +130,13 @@ def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
             requested = retry_after(response) or 0.0
             if response.status_code not in BUSY or requested > LONGEST_PAUSE:
                 return response
-            if failures.exhausted():
+            if failures.exhausted() or time.monotonic() >= call.deadline:
                 return response
-            yield Pause(max(requested, failures.pause()))
+            yield _pause(max(requested, failures.pause()), call)
+
+
+def _pause(seconds: float, call: Call) -> Pause:
+    return Pause(min(seconds, max(call.deadline - time.monotonic(), 0.0)))
 
 
 def back_off(attempt: int) -> float:

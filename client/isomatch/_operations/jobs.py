@@ -52,6 +52,9 @@ HEARTBEAT: Final = 15.0
 LONGEST_KEY: Final = 255
 """Characters of an idempotency key."""
 
+LATENESS: Final = 1.0
+"""Seconds that an answer which the service holds back until the end of a wait may come later."""
+
 PROGRESS_POLL: Final = 0.5
 """Seconds between answers while a progress bar is shown, or if the service answers at once."""
 
@@ -155,13 +158,16 @@ def _key_given(key: str) -> str:
     return key
 
 
-def get_job(job_id: str, wait: float | None = None, outage: float = 0.0) -> Operation[JobRecord]:
+def get_job(
+    job_id: str, wait: float | None = None, outage: float = 0.0, deadline: float = math.inf
+) -> Operation[JobRecord]:
     """Request a job, at once or when it has ended, but after at most `wait` seconds.
 
-    The service may be away for `outage` seconds.
+    The service may be away for `outage` seconds, until the time `deadline`.
     """
     path, query = path_to("jobs", job_id), {"wait": wait}
-    call = Call("GET", path, query=query, patience=wait or 0.0, outage=outage)
+    patience = wait or 0.0
+    call = Call("GET", path, query=query, patience=patience, outage=outage, deadline=deadline)
     with beginning_explained(id_of(job_id)):
         return parsed(JobRecord, (yield from send(call)))
 
@@ -253,23 +259,30 @@ def wait_for_job(
     Raises
     ------
     WaitTimeout
-        The job did not end within `timeout` seconds.
+        The job did not end within `timeout` seconds, or the service did not answer in them.
     ConnectionFailed
         The service stayed away for `LONGEST_OUTAGE`; the message names the job.
     """
-    start = time.monotonic()
+    limit = math.inf if timeout is None else timeout
+    end = time.monotonic() + limit
     while True:
         asked = time.monotonic()
-        left = math.inf if timeout is None else max(start + timeout - asked, 0.0)
+        left = max(end - asked, 0.0)
         wait, outage = round(min(left, poll), 3), min(left, LONGEST_OUTAGE)
-        with job_named(job_id):
-            record = yield from get_job(job_id, wait, outage)
+        try:
+            with job_named(job_id):
+                record = yield from get_job(job_id, wait, outage, end + LATENESS)
+        except ConnectionFailed as error:
+            unanswered = isinstance(error.__cause__, httpx2.TimeoutException)
+            if unanswered and time.monotonic() >= end:
+                raise WaitTimeout(f"job {job_id}", limit, job_id) from error
+            raise
         update(record)
         if record.finished:
             return
         now = time.monotonic()
-        if timeout is not None and now - start >= timeout:
-            raise WaitTimeout(f"job {job_id}", timeout, job_id)
+        if now >= end:
+            raise WaitTimeout(f"job {job_id}", limit, job_id)
         if (early := asked + wait - now) > 0.0:
             # A proxy, or a service that stops, may answer at once.
             yield Pause(min(early, PROGRESS_POLL))
