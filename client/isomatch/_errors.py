@@ -5,9 +5,10 @@
     IsomatchError
     ├── ConnectionFailed            nothing answers at the address, or the connection broke
     ├── UnexpectedResponse          the answer does not belong to this version of the API
-    ├── ProblemError                the service refused, with a problem document
+    ├── ProblemError                the service, or a proxy before it, refused
     │   ├── BadRequest              400  the request cannot be understood
     │   ├── Unauthorized            401  the API key is missing or wrong
+    │   ├── Forbidden               403  a proxy, or the service, does not permit the request
     │   ├── NotFound                404  there is no such shape, prototype or job
     │   ├── Conflict                409  not possible in this state, such as an early result
     │   ├── Gone                    410  it has expired
@@ -91,7 +92,7 @@ class ProblemError(IsomatchError):
     Parameters
     ----------
     problem
-        Problem document (RFC 9457) of the answer.
+        Problem document (RFC 9457) of the answer; of a proxy that sent none, made of its status.
     retry_after
         Seconds of the answer's ``Retry-After``; None without one.
     """
@@ -139,6 +140,10 @@ class BadRequest(ProblemError):
 
 class Unauthorized(ProblemError):
     """401: the API key is missing or wrong."""
+
+
+class Forbidden(ProblemError):
+    """403: a proxy, or the service, does not permit the request."""
 
 
 class NotFound(ProblemError):
@@ -257,6 +262,7 @@ class WaitTimeout(IsomatchError, TimeoutError):
 _BY_STATUS: dict[int, type[ProblemError]] = {
     400: BadRequest,
     401: Unauthorized,
+    403: Forbidden,
     404: NotFound,
     409: Conflict,
     410: Gone,

@@ -20,6 +20,7 @@ from isomatch._errors import (
     JobFailed,
     NotFound,
     ProblemError,
+    ServiceError,
     Unauthorized,
     UnexpectedResponse,
 )
@@ -92,13 +93,19 @@ def leave(
     else:
         typer.echo(f"isomatch: {' '.join(message.split())}", err=True)
     code = REFUSED
-    if isinstance(error, ConnectionFailed | UnexpectedResponse):
+    if no_service(error):
         code = NO_SERVICE
     elif isinstance(error, JobFailed | JobCancelled):
         code = NO_RESULT
     elif refuses_option(error):
         code = WRONG_USAGE
     raise Left(code, _reason(error, file)) from None
+
+
+def no_service(error: Exception) -> bool:
+    """Return whether no service answers, or none that is behind the proxy at the address."""
+    behind = isinstance(error, ServiceError) and error.status in (502, 504)
+    return behind or isinstance(error, ConnectionFailed | UnexpectedResponse)
 
 
 def _is_elsewhere(error: Exception) -> bool:
@@ -139,10 +146,10 @@ class Failures:
         try:
             try:
                 yield
-            except (ConnectionFailed, UnexpectedResponse, Unauthorized, BrokenPipeError):
+            except (Unauthorized, BrokenPipeError):
                 raise
             except (IsomatchError, OSError, ValueError) as error:
-                if refuses_option(error):
+                if no_service(error) or refuses_option(error):
                     raise
                 leave(error, self.as_json, name)
         except Left as left:

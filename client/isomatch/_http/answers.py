@@ -1,16 +1,19 @@
 """Answers of the service: values, problem documents, and anything else."""
 
-from typing import TypeVar
+from typing import Final, TypeVar
 
 import httpx2
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
-from isomatch._errors import UnexpectedResponse, problem_error
+from isomatch._errors import ProblemError, UnexpectedResponse, problem_error
 from isomatch._http.operation import Call, Operation
 from isomatch._http.retries import retry_after
 from isomatch._problem import Problem
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
+
+_FOREIGN: Final = (404, 405)
+"""Statuses without a problem document that show another service at the address."""
 
 
 def send(call: Call) -> Operation[httpx2.Response]:
@@ -63,9 +66,9 @@ def checked(response: httpx2.Response) -> httpx2.Response:
     Raises
     ------
     ProblemError
-        It is a problem document.
+        It is a problem document, or a refusal of a proxy before the service.
     UnexpectedResponse
-        It is neither a success nor a problem document.
+        It is something else, such as a redirection, or of another service.
     """
     if response.is_success:
         return response
@@ -75,7 +78,25 @@ def checked(response: httpx2.Response) -> httpx2.Response:
         except ValidationError as error:
             raise UnexpectedResponse(_message(response, "a broken problem document")) from error
         raise problem_error(problem, retry_after(response))
-    raise UnexpectedResponse(_message(response, f"{response.status_code} without a reason"))
+    if (target := response.headers.get("location")) is not None and response.is_redirect:
+        there = response.request.url.join(target)
+        raise UnexpectedResponse(_message(response, f"{response.status_code}, moved to {there}"))
+    if not response.is_error or response.status_code in _FOREIGN:
+        raise UnexpectedResponse(_message(response, f"{response.status_code} without a reason"))
+    raise _refusal(response)
+
+
+def _refusal(response: httpx2.Response) -> ProblemError:
+    """Return the error of a refusal without a problem document, by its status."""
+    status, request = response.status_code, response.request
+    title = response.reason_phrase or f"Status {status}"
+    detail = f"{status} {response.reason_phrase}".rstrip()
+    problem = Problem(
+        title=title,
+        status=status,
+        detail=f"{request.method} {request.url} was refused, perhaps by a proxy: {detail}",
+    )
+    return problem_error(problem, retry_after(response))
 
 
 def checked_stream(response: httpx2.Response) -> httpx2.Response:

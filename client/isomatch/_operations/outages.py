@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from isomatch._errors import (
     ConnectionFailed,
-    ServiceUnavailable,
+    ServiceError,
     TooManyRequests,
     UnexpectedResponse,
 )
@@ -16,7 +16,7 @@ def job_named(job_id: str, state: str = "continues") -> Iterator[None]:
     """Add a job to an outage: it continues, but its id may have been told nowhere."""
     try:
         yield
-    except (ConnectionFailed, UnexpectedResponse, ServiceUnavailable, TooManyRequests) as error:
+    except (ConnectionFailed, UnexpectedResponse, ServiceError, TooManyRequests) as error:
         error.job_id = job_id
         error.extend(f"; job {job_id} {state}")
         raise

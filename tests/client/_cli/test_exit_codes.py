@@ -68,3 +68,15 @@ def test_a_failed_job_has_no_result_to_get(capsys: pytest.CaptureFixture[str]) -
     with pytest.raises(Exit):
         exit_codes.leave(isomatch.JobCancelled(ID))
     assert capsys.readouterr().err == f"isomatch: job {ID} was cancelled\n"
+
+
+@pytest.mark.parametrize(("status", "code"), [(413, 1), (503, 1), (502, 3), (504, 3)])
+def test_a_proxy_that_refuses_is_no_missing_service(
+    monkeypatch: pytest.MonkeyPatch, status: int, code: int
+) -> None:
+    answer = httpx2.Response(status, html="<p>No", headers={"retry-after": "90"})
+    proxy = httpx2.MockTransport(lambda _: answer)
+    monkeypatch.setattr(exit_codes, "Client", lambda url: Client(url, transport=proxy))
+    done = CliRunner().invoke(cli.app, ["shapes"])
+    assert done.exit_code == code
+    assert f"perhaps by a proxy: {status}" in done.stderr

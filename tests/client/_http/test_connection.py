@@ -457,8 +457,9 @@ def without(field: str) -> dict[str, object]:
         (httpx2.Response(200, json={**SHAPE, "area": None}), "area: "),
         (httpx2.Response(200, content=json.dumps({**SHAPE, "area": float("nan")})), "area: "),
         (httpx2.Response(200, html="<p>Welcome"), "Invalid JSON"),
-        (httpx2.Response(502, html="<p>Bad gateway"), "502 without a reason"),
-        (httpx2.Response(301, headers={"location": "/"}), "301 without a reason"),
+        (httpx2.Response(404, html="<p>Not found"), "404 without a reason"),
+        (httpx2.Response(304), "304 without a reason"),
+        (httpx2.Response(308, headers={"location": "/a"}), "308, moved to http://service.test/a"),
     ],
 )
 def test_answers_of_other_services(response: httpx2.Response, message: str) -> None:
@@ -467,6 +468,30 @@ def test_answers_of_other_services(response: httpx2.Response, message: str) -> N
         pytest.raises(isomatch.UnexpectedResponse, match=message),
     ):
         client.shape("0" * 32)
+
+
+@pytest.mark.parametrize(
+    ("status", "kind"),
+    [
+        (400, isomatch.BadRequest),
+        (401, isomatch.Unauthorized),
+        (403, isomatch.Forbidden),
+        (413, isomatch.TooLarge),
+        (429, isomatch.TooManyRequests),
+        (502, isomatch.ServiceError),
+        (503, isomatch.ServiceUnavailable),
+        (504, isomatch.ServiceError),
+    ],
+)
+def test_refusals_of_a_proxy_have_the_class_of_their_status(
+    status: int, kind: type[isomatch.ProblemError]
+) -> None:
+    answer = httpx2.Response(status, html="<p>No", headers={"retry-after": "90"})
+    with client_of(lambda _: answer) as client, pytest.raises(kind) as refusal:
+        client.shape("1")
+    assert (refusal.value.status, refusal.value.retry_after) == (status, 90.0)
+    said = f"GET http://service.test/v1/shapes/1 was refused, perhaps by a proxy: {status} "
+    assert str(refusal.value) == said + refusal.value.title
 
 
 class NoGzip(httpx2.AsyncByteStream, httpx2.SyncByteStream):
