@@ -58,7 +58,8 @@ def get_result(record: JobRecord) -> Operation[Result]:
     """
     found = yield from get_document(record)
     if isinstance(found, ArrayResult):
-        found._archive = yield from get_file(record.id, "result.npz")
+        with job_named(record.id, "has succeeded"):
+            found._archive = yield from get_file(record.id, "result.npz", outage=LONGEST_OUTAGE)
     return found
 
 
@@ -103,10 +104,17 @@ def check_succeeded(record: JobRecord) -> None:
 
 
 def get_file(
-    job_id: str, name: str, query: Mapping[str, str | int | None] | None = None
+    job_id: str,
+    name: str,
+    query: Mapping[str, str | int | None] | None = None,
+    outage: float = 0.0,
 ) -> Operation[bytes]:
-    """Request a file of a job's result, which the service may make first."""
-    call = Call("GET", path_to("jobs", job_id, name), query=query or {}, patience=HELD)
+    """Request a file of a job's result, which the service may make first.
+
+    The service may be away for `outage` seconds.
+    """
+    path = path_to("jobs", job_id, name)
+    call = Call("GET", path, query=query or {}, patience=HELD, outage=outage)
     return (yield from send(call)).content
 
 

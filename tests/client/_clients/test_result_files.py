@@ -1,6 +1,7 @@
 """Requests for results and their files."""
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import httpx2
 import isomatch
 import pytest
 from isomatch._cli.job_runs import finish
+from isomatch._operations import results
 
 from service.http.openapi.examples import EXAMPLES
 
@@ -26,11 +28,12 @@ JOB: dict[str, Any] = {
 
 
 class Service:
-    """A job that has ended, its result and its arrays."""
+    """A job that has ended, its result and its arrays, which take some attempts to get."""
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
         self.requests: list[str] = []
+        self.broken = 0
         self.document = json.dumps(EXAMPLES["answers"]["get_result"]["200"].get(kind, {}))
 
     def __call__(self, request: httpx2.Request) -> httpx2.Response:
@@ -38,6 +41,9 @@ class Service:
         self.requests.append(name)
         if name == "result":
             return httpx2.Response(200, text=self.document)
+        if name == "result.npz" and self.broken > 0:
+            self.broken -= 1
+            raise httpx2.ConnectError("away", request=request)
         if name == "result.npz":
             return httpx2.Response(200, content=b"arrays")
         return httpx2.Response(200, json=JOB | {"kind": self.kind})
@@ -58,6 +64,30 @@ def test_a_document_is_saved_without_the_arrays(kind: str, tmp_path: Path) -> No
     service.job().save(tmp_path / "found.json")
     assert service.requests == ["result"]
     assert (tmp_path / "found.json").read_text() == service.document
+
+
+@ARRAYS
+def test_a_result_with_arrays_outlasts_a_restart(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(time, "sleep", lambda _: None)
+    service = Service(kind)
+    service.broken = 10
+    assert service.job().result()._archive == b"arrays"
+
+
+@ARRAYS
+def test_an_outage_before_the_arrays_names_the_job(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(time, "sleep", lambda _: None)
+    monkeypatch.setattr(results, "LONGEST_OUTAGE", 0.0)
+    service = Service(kind)
+    service.broken = 10
+    job = service.job()
+    with pytest.raises(isomatch.ConnectionFailed, match=f"job {job.id} has succeeded") as failure:
+        job.result()
+    assert failure.value.job_id == job.id
 
 
 @ARRAYS

@@ -24,7 +24,7 @@ def test_the_timeout_of_a_wait_holds_on_a_service_that_does_not_answer(silent: s
     with isomatch.Client(silent, timeout=2.0) as client:
         job = isomatch.Job(client._transport, JobRecord.model_validate(JOB | {"state": "running"}))
         start = time.monotonic()
-        with pytest.raises(isomatch.WaitTimeout, match="within 0.5 s") as late:
+        with pytest.raises(isomatch.WaitTimeout, match=r"within 0\.5 s") as late:
             job.result(timeout=0.5)
         assert 0.5 <= time.monotonic() - start < 4.0
     assert late.value.job_id == job.id
