@@ -9,7 +9,6 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from isomatch._cli.render import print_warnings
-from isomatch._progress import ID_SHOWN
 from isomatch._results import Registration
 
 _SHOWN = 10
@@ -43,7 +42,7 @@ def print_registration(
         if one.registered:
             reflected = " (reflected)" if one.reflected else ""
             measures = [str(one.flipped), f"{one.confidence}{reflected}"]
-        table.add_row(*map(Text, (one.name or "-", one.shape[:ID_SHOWN], *measures)))
+        table.add_row(*map(Text, (one.name or "-", one.shape, *measures)))
     for file, reason in (failures or {}).items():
         table.add_row(*map(Text, (Path(file).name, "-", "-", f"not uploaded: {reason}")))
     console.print(table)

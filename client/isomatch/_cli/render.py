@@ -313,10 +313,10 @@ def print_jobs(jobs: Iterable[JobRecord], console: Console) -> None:
 
 
 def _subject(record: JobRecord, short: bool = False) -> str:
-    """Shapes or prototype of a job, by their ids, or for short by their names in the request."""
+    """Shapes or prototype of a job, by their ids, or for short by their names if they have any."""
 
     def shown(one: str | None, name: str | None = None) -> str:
-        return name or (one or "")[:10] if short else one or ""
+        return (name if short else None) or one or ""
 
     if record.source is not None:
         source_name, target_name, *_ = (*record.names, None, None)

@@ -84,9 +84,10 @@ class Batch(Result):
         return f"<Batch of {len(self.matches)} matches, {self.succeeded} succeeded>"
 
     def __str__(self) -> str:
-        source = called(self.source_name, self.source)
+        targets = ((match.target_name, match.target) for match in self.matches)
+        source, *names = called([(self.source_name, self.source), *targets])
         heading = f"{source} matched with {self.succeeded} of {len(self.matches)} targets"
-        return screen(heading, [_line(match) for match in self.matches])
+        return screen(heading, list(map(_line, self.matches, names)))
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         raise ValueError("a batch has no picture; draw its matches, as in client.job(id).plot()")
@@ -115,8 +116,8 @@ class BatchProgress(Answer):
     matches: tuple[BatchMatch, ...]
 
 
-def _line(match: BatchMatch) -> str:
-    said = f"{called(match.target_name, match.target)}: {match.state}"
+def _line(match: BatchMatch, name: str) -> str:
+    said = f"{name}: {match.state}"
     if match.error is not None:
         return f"{said}: {match.error.summary}"
     if match.summary is None:

@@ -114,7 +114,8 @@ class ConsistentMaps(ArrayResult):
         heading = f"{done} of {len(self.pairs)} pairs of {len(self.shapes)} shapes mapped"
         if self.cycle_error_before is not None and self.cycle_error is not None:
             heading += f"; mean cycle error {change(self.cycle_error_before, self.cycle_error)}"
-        names = {one.shape: called(one.name, one.shape) for one in self.shapes}
+        ids = [one.shape for one in self.shapes]
+        names = dict(zip(ids, called((one.name, one.shape) for one in self.shapes), strict=True))
         reasons = ((one, self.disagreement(one)) for one in self.shapes)
         shapes = [f"{names[one.shape]}: does not fit: {why}" for one, why in reasons if why]
         # What does not fit, and what was improved, is looked for first.

@@ -19,6 +19,7 @@ from pydantic import (
 from isomatch._figures import draw_dissimilarities
 from isomatch._models import Answer, AnsweredState, DissimilarityParameters
 from isomatch._results.result_document import Drawable, Result
+from isomatch._results.summary import called
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -134,7 +135,7 @@ class Dissimilarities(Result):
         return square + square.T
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
-        names = self.labels or self.names or [shape[:8] for shape in self.shapes]
+        names = self.labels or called(zip_longest(self.names or (), self.shapes))
         title = f"{len(self.shapes)} shapes"
         if self.mean_average_precision is not None:
             title += f", mean average precision {self.mean_average_precision:.3f}"
@@ -175,7 +176,6 @@ class PartialDissimilarities(Answer):
         MissingExtra
             plotly is not installed.
         """
-        named = zip_longest(self.names or (), self.shapes)
-        names = self.labels or [name or shape[:8] for name, shape in named]
+        names = self.labels or called(zip_longest(self.names or (), self.shapes))
         title = f"{len(self.shapes)} shapes, {self.pairs_done} of {self.pairs} pairs known"
         return draw_dissimilarities(self.matrix, names, self.labels, title)

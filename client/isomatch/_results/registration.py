@@ -120,12 +120,13 @@ class Registration(ArrayResult):
 
     def __str__(self) -> str:
         done = sum(one.registered for one in self.specimens)
-        template = called(self.template_name, self.template)
+        specimens = ((one.name, one.shape) for one in self.specimens)
+        template, *names = called([(self.template_name, self.template), *specimens])
         heading = f"{template} registered to {done} of {len(self.specimens)} specimens"
         shares = ", ".join(f"{100.0 * one.explained:.0f} %" for one in self.components[:_SHOWN])
         if shares:
             heading += f"; variance of the components: {shares}"
-        return screen(heading, [_line(one) for one in self.specimens])
+        return screen(heading, list(map(_line, self.specimens, names)))
 
     @property
     def faces(self) -> npt.NDArray[np.int64]:
@@ -248,8 +249,7 @@ def _confidence(one: Specimen) -> tuple[float | str, str, str]:
     return one.confidence.probability, doubted, "; ".join(one.confidence.reasons)
 
 
-def _line(one: Specimen) -> str:
-    name = called(one.name, one.shape)
+def _line(one: Specimen, name: str) -> str:
     if not one.registered:
         return f"{name}: not registered: {one.reason}"
     reflected = ", reflected" if one.reflected else ""

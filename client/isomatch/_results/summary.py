@@ -1,6 +1,6 @@
 """Results of several shapes as text of one screen."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 MOST_LINES: Final = 20
@@ -9,16 +9,28 @@ MOST_LINES: Final = 20
 _LONGEST: Final = 40
 """Characters of a shortened name."""
 
-_ID: Final = 8
-"""Characters of a shortened id."""
+
+def called(shapes: Iterable[tuple[str | None, str]]) -> list[str]:
+    """Return what shapes are called: their names, with the ids of those that share one.
+
+    Parameters
+    ----------
+    shapes
+        Name and id of each; one without a name is called by its id. Ids are never shortened, since
+        the service takes whole ones only.
+    """
+    given = [(None if name is None else _short(name), shape) for name, shape in shapes]
+    owners: dict[str | None, set[str]] = {}
+    for name, shape in given:
+        owners.setdefault(name, set()).add(shape)
+    return [
+        shape if name is None else name if len(owners[name]) == 1 else f"{name} ({shape})"
+        for name, shape in given
+    ]
 
 
-def called(name: str | None, shape: str) -> str:
-    """Return the name of a shape beside the start of its id, as in ``a.off (9b74c989)``."""
-    if name is None:
-        return shape[:_ID]
-    short = name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
-    return f"{short} ({shape[:_ID]})"
+def _short(name: str) -> str:
+    return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"
 
 
 def screen(heading: str, lines: Sequence[str]) -> str:

@@ -209,7 +209,7 @@ def test_a_partial_matrix_is_drawn() -> None:
     assert drawn.hoverongaps is False
     assert "2 of 3 pairs" in figure.layout.title.text
     named = partial.model_copy(update={"names": ("cat", None, "dog")}).plot()
-    assert list(named.layout.xaxis.ticktext) == ["cat", "b" * 8, "dog"]
+    assert list(named.layout.xaxis.ticktext) == ["cat", "b" * 32, "dog"]
 
 
 def test_a_matrix_is_drawn_by_class_in_the_order_of_first_shapes(
