@@ -125,6 +125,8 @@ def run(
 def job_given(client: Client, given: str) -> Job:
     """Return a job by its id, or by the beginning of its id, as progress shows it.
 
+    A match of a batch is named by the beginning of the batch's id and its own number.
+
     Raises
     ------
     NotFound
@@ -137,15 +139,16 @@ def job_given(client: Client, given: str) -> Job:
     except NotFound as error:
         if not begins_job_id(given):
             raise
-        known = client.jobs() if len(given) >= ID_SHOWN else ()
-        found = [job for job in known if job.id.startswith(given)]
+        beginning, dash, number = given.partition("-")
+        known = client.jobs() if len(beginning) >= ID_SHOWN else ()
+        found = [job for job in known if job.id.startswith(beginning)]
         if not found:
             error.extend(f", of which commands take the first {ID_SHOWN} or more")
             raise
         if len(found) > 1:
             ids = ", ".join(job.id for job in found)
-            raise ValueError(f"several jobs begin with {given!r}: {ids}") from None
-        return found[0]
+            raise ValueError(f"several jobs begin with {beginning!r}: {ids}") from None
+        return client.job(f"{found[0].id}{dash}{number}") if dash else found[0]
 
 
 @contextmanager

@@ -8,7 +8,8 @@ ID_DIGITS: Final = 32
 _SHAPE: Final = re.compile(rf"[0-9a-f]{{{ID_DIGITS}}}")
 _PROTOTYPE: Final = re.compile(f"p-{_SHAPE.pattern}")
 _ATTRIBUTES: Final = re.compile(f"a-{_SHAPE.pattern}")
-_BEGINNING: Final = re.compile(rf"[0-9a-f]{{1,{ID_DIGITS - 1}}}")
+# Matches of a batch have its id with a number.
+_BEGINNING: Final = re.compile(rf"[0-9a-f]{{1,{ID_DIGITS - 1}}}(-[0-9]+)?")
 
 # Services of other versions may have ids of other forms; none has a dot or a slash, as files have.
 _ANY: Final = re.compile(r"[0-9a-zA-Z_-]{1,64}")
@@ -35,5 +36,8 @@ def may_be_id(given: str) -> bool:
 
 
 def begins_job_id(given: str) -> bool:
-    """Return whether a text may be the beginning of the id of a job."""
+    """Return whether a text may be the beginning of the id of a job, as in ``9b74c989``.
+
+    Of a match of a batch it has the number of the match, as in ``9b74c989-1``.
+    """
     return _BEGINNING.fullmatch(given) is not None
