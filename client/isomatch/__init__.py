@@ -18,6 +18,7 @@ from isomatch._clients import (
 )
 from isomatch._errors import (
     BadRequest,
+    ClientClosed,
     Conflict,
     ConnectionFailed,
     Forbidden,
@@ -134,6 +135,7 @@ __all__ = [
     "BatchProgress",
     "CarriedLandmarks",
     "Client",
+    "ClientClosed",
     "CollectionPair",
     "CollectionShape",
     "Confidence",

@@ -25,6 +25,7 @@
     │   ├── TooManyRequests         429  a limit is exceeded; try again later
     │   └── ServiceError            5xx  the service failed
     │       └── ServiceUnavailable  503  the service is starting, stopping or overloaded
+    ├── ClientClosed                the client was closed before (also a RuntimeError)
     ├── InvalidSignature            a webhook has no valid signature (also a ValueError)
     ├── WrongCoordinates            landmarks do not fit their mesh (also a ValueError)
     ├── JobFailed                   the job failed; carries the problem document
@@ -208,6 +209,10 @@ class ServiceError(ProblemError):
 
 class ServiceUnavailable(ServiceError):
     """503: the service is starting, stopping or overloaded."""
+
+
+class ClientClosed(IsomatchError, RuntimeError):
+    """The client was closed, by :meth:`~isomatch.Client.close` or at the end of its block."""
 
 
 class InvalidSignature(IsomatchError, ValueError):

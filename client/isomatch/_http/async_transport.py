@@ -7,9 +7,10 @@ from typing import Final, NoReturn, TypeVar
 import anyio
 import httpx2
 
+from isomatch._errors import ClientClosed
 from isomatch._http.answers import undecodable
 from isomatch._http.blocking_transport import advance
-from isomatch._http.httpx_arguments import CONNECTED, client_arguments, request_arguments
+from isomatch._http.httpx_arguments import CLOSED, CONNECTED, client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
 
@@ -95,6 +96,8 @@ class AsyncTransport:
         if isinstance(step, Pause):
             await anyio.sleep(step.seconds)
             return None
+        if self._http.is_closed:
+            raise ClientClosed(CLOSED)
         request = self._http.build_request(**request_arguments(step, self._timeout))
         try:
             response = await self._http.send(request, stream=stream)

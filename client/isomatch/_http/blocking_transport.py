@@ -7,8 +7,9 @@ from typing import Any, NoReturn, TypeVar
 
 import httpx2
 
+from isomatch._errors import ClientClosed
 from isomatch._http.answers import undecodable
-from isomatch._http.httpx_arguments import CONNECTED, client_arguments, request_arguments
+from isomatch._http.httpx_arguments import CLOSED, CONNECTED, client_arguments, request_arguments
 from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
 from isomatch._http.retries import with_retries
 
@@ -104,6 +105,8 @@ class BlockingTransport:
         if isinstance(step, Pause):
             time.sleep(step.seconds)
             return None
+        if self._http.is_closed:
+            raise ClientClosed(CLOSED)
         request = self._http.build_request(**request_arguments(step, self._timeout))
         try:
             response = self._http.send(request, stream=stream)

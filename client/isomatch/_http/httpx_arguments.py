@@ -36,6 +36,8 @@ CONNECTED: Final = (
 )
 """Refusal to pickle a client or a job."""
 
+CLOSED: Final = "this client is closed; make a new one"
+
 
 def client_arguments(base_url: str, api_key: str | None) -> ClientArguments:
     """Return the arguments of a client of one service."""

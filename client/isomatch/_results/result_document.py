@@ -3,12 +3,14 @@
 import os
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Self, TypeAlias
 
 from pydantic import PrivateAttr
 
+from isomatch._errors import ClientClosed
 from isomatch._models import Answer, is_prototype_id
 from isomatch._results.geometry import Geometry
 from isomatch._results.prototype_points import PrototypePoints
@@ -126,7 +128,8 @@ class Result(Answer):
             self._check_alternative(alternative)
         needed = self.drawn_ids()
         if not drawn and self._drawables.request is not None:
-            drawn = tuple(map(self._drawables.request, needed))
+            with suppress(ClientClosed):
+                drawn = tuple(map(self._drawables.request, needed))
         if [isinstance(one, PrototypePoints) for one in drawn] != list(
             map(is_prototype_id, needed)
         ):
