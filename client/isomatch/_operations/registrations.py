@@ -8,7 +8,7 @@ from isomatch._http import Json, Operation
 from isomatch._models import JobRecord, Shape
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import id_of, listed, named, names_of
-from isomatch._operations.result_files import SURFACES
+from isomatch._operations.result_files import SURFACES, check_folder
 from isomatch._operations.results import get_file
 from isomatch._webhooks import Webhook
 
@@ -39,5 +39,6 @@ def save_registered(job_id: str, path: str | os.PathLike[str], specimen: int) ->
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in SURFACES:
         raise ValueError(f"{ending or Path(path).name!r} is none of {', '.join(SURFACES)}")
+    check_folder(path)
     registered = yield from get_file(job_id, f"registered.{ending}", {"specimen": specimen})
     Path(path).write_bytes(registered)

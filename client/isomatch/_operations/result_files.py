@@ -1,5 +1,7 @@
 """Formats that results are written in, by which files are refused before a job runs."""
 
+import errno
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
@@ -48,6 +50,19 @@ def check_format(file: Path, formats: Sequence[str]) -> None:
     if ending and ending not in endings:
         given = " or ".join(", ".join(endings).rsplit(", ", 1))
         raise ValueError(f"this result has no {ending} file: give {given}")
+
+
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Refuse a file in a folder that does not exist, before its contents are requested.
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such folder.
+    """
+    folder = Path(path).parent
+    if not folder.is_dir():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(folder))
 
 
 def shows_dense_map(file: Path) -> bool:

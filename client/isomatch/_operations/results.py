@@ -13,6 +13,7 @@ from isomatch._models import JobRecord, is_prototype_id
 from isomatch._operations.outages import job_named
 from isomatch._operations.prototypes import get_prototype_points
 from isomatch._operations.request_parts import HELD, path_to
+from isomatch._operations.result_files import check_folder
 from isomatch._operations.shapes import get_geometry
 from isomatch._results import (
     ArrayResult,
@@ -134,18 +135,22 @@ def save_picture(
 ) -> Operation[None]:
     """Request the picture of a job's result, and write it to a file."""
     _ending_of(path, ("png",))
+    check_folder(path)
     Path(path).write_bytes((yield from get_picture(job_id, alternative, view)))
 
 
 def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
     """Request a job's result as arrays, and write them to a file."""
     _ending_of(path, ("npz",))
+    check_folder(path)
     Path(path).write_bytes((yield from get_file(job_id, "result.npz")))
 
 
 def save(record: JobRecord, path: str | os.PathLike[str]) -> Operation[None]:
     """Request a job's result in the format that a file's name ends in, and write it to the file."""
     ending = _ending_of(path, ENDINGS)
+    check_folder(path)
+    check_succeeded(record)
     if ending == "json":
         content = (yield from get_document(record)).to_json()
     else:

@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import httpx2
 import isomatch
 import pytest
 from isomatch._cli.job_runs import finish
+from isomatch._models import JobRecord
 from isomatch._operations import results
 
 from service.http.openapi.examples import EXAMPLES
@@ -98,6 +100,37 @@ def test_the_command_requests_each_file_once(kind: str, ending: str, tmp_path: P
     assert service.requests == ["result", "result.npz"]
     written = {"json": service.document.encode(), "npz": b"arrays"}
     assert (tmp_path / f"found.{ending}").read_bytes() == written[ending]
+
+
+@pytest.mark.parametrize("ending", results.ENDINGS)
+@pytest.mark.parametrize(
+    ("state", "kind"), [("failed", isomatch.JobFailed), ("cancelled", isomatch.JobCancelled)]
+)
+def test_a_job_without_a_result_is_not_saved(
+    state: str, kind: type[isomatch.IsomatchError], ending: str, tmp_path: Path
+) -> None:
+    service = Service("match")
+    record = JobRecord.model_validate(JOB | {"kind": "match", "state": state})
+    job = isomatch.Job(service.job()._transport, record)
+    with pytest.raises(kind):
+        job.save(tmp_path / f"found.{ending}")
+    assert service.requests == []
+
+
+def test_a_missing_folder_is_noticed_before_anything_is_requested(tmp_path: Path) -> None:
+    service = Service("registration")
+    job, folder = service.job(), tmp_path / "no"
+    calls: list[tuple[Callable[[Path], None], str]] = [
+        (job.save, "npz"),
+        (job.save, "json"),
+        (job.save_arrays, "npz"),
+        (job.save_picture, "png"),
+        (job.save_registered, "ply"),
+    ]
+    for save, ending in calls:
+        with pytest.raises(FileNotFoundError, match=folder.name):
+            save(folder / f"found.{ending}")
+    assert service.requests == []
 
 
 def test_a_result_of_an_unknown_kind_is_named() -> None:
