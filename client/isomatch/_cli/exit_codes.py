@@ -49,9 +49,22 @@ def connected(url: str, as_json: bool = False) -> Iterator[Client]:
         raise  # the reader of the output has closed it; typer exits quietly
     except (IsomatchError, OSError, ValueError) as error:
         leave(error, as_json, url=url)
-    except KeyboardInterrupt:
-        typer.echo("interrupted", err=True)
+    except KeyboardInterrupt as interrupt:
+        _report_interrupt(str(interrupt), as_json)
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _report_interrupt(consequence: str, as_json: bool) -> None:
+    """Print that Ctrl-C ended the command, and what became of its job, if it had one."""
+    if as_json:
+        document = {
+            "type": "urn:isomatch:client:interrupted",
+            "title": "Interrupted",
+            "detail": consequence or "interrupted",
+        }
+        typer.echo(json.dumps(document), err=True)
+    else:
+        typer.echo("\n".join([*filter(None, [consequence]), "interrupted"]), err=True)
 
 
 class Left(typer.Exit):

@@ -69,6 +69,11 @@ def cancelled_by_interrupt(
         Address of the service; None to print no link.
     as_json
         Keep the standard error free of messages.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        It was interrupted; the message says what became of the job.
     """
     job: Job | None = None
     try:
@@ -80,8 +85,8 @@ def cancelled_by_interrupt(
     except KeyboardInterrupt:
         if job is not None:
             state = job.cancel().state
-            ended = state in ("succeeded", "failed")
-            typer.echo(f"job {job.id} {f'has {state} already' if ended else 'cancelled'}", err=True)
+            ended = f"has {state} already" if state in ("succeeded", "failed") else "cancelled"
+            raise KeyboardInterrupt(f"job {job.id} {ended}") from None
         raise
 
 
@@ -168,14 +173,13 @@ def result_stays(job: Job, as_json: bool) -> Iterator[None]:
 
 @contextmanager
 def job_continues(job: Job) -> Iterator[None]:
-    """Print on Ctrl-C that the job continues, and the command that cancels it."""
+    """Say on Ctrl-C that the job continues, and the command that cancels it."""
     try:
         yield
     except KeyboardInterrupt:
-        typer.echo(
-            f"job {job.id} continues; cancel it with `isomatch jobs cancel {job.id}`", err=True
-        )
-        raise
+        raise KeyboardInterrupt(
+            f"job {job.id} continues; cancel it with `isomatch jobs cancel {job.id}`"
+        ) from None
 
 
 def finish(

@@ -8,9 +8,13 @@ import isomatch
 import pytest
 from isomatch import cli
 from isomatch._cli import exit_codes
+from isomatch._cli.job_runs import cancelled_by_interrupt, job_continues
 from isomatch._clients import Client
+from isomatch._models import JobRecord
 from typer import Exit
 from typer.testing import CliRunner
+
+from tests.client._http.test_connection import JOB
 
 ID = 32 * "0"
 
@@ -80,3 +84,32 @@ def test_a_proxy_that_refuses_is_no_missing_service(
     done = CliRunner().invoke(cli.app, ["shapes"])
     assert done.exit_code == code
     assert f"perhaps by a proxy: {status}" in done.stderr
+
+
+def interrupted(capsys: pytest.CaptureFixture[str], as_json: bool, continues: bool) -> str:
+    """What a command prints on Ctrl-C while its job runs."""
+    record = JobRecord.model_validate(JOB | {"state": "cancelled"})
+    answer = httpx2.Response(200, text=record.model_dump_json())
+    client = isomatch.Client("http://a.test", transport=httpx2.MockTransport(lambda _: answer))
+    job = isomatch.Job(client._transport, JobRecord.model_validate(JOB | {"state": "running"}))
+    watched = (
+        job_continues(job) if continues else cancelled_by_interrupt(lambda: job, None, as_json)
+    )
+    command = exit_codes.connected("http://a.test", as_json)
+    with client, pytest.raises(Exit) as left, command, watched:
+        raise KeyboardInterrupt
+    assert left.value.exit_code == 130
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("continues", [False, True])
+def test_an_interrupt_says_what_became_of_the_job(
+    capsys: pytest.CaptureFixture[str], continues: bool
+) -> None:
+    became = f"job {ID} continues; cancel it with" if continues else f"job {ID} cancelled"
+    first, second = interrupted(capsys, as_json=False, continues=continues).splitlines()
+    assert first.startswith(became)
+    assert second == "interrupted"
+    document = json.loads(interrupted(capsys, as_json=True, continues=continues))
+    assert document["type"] == "urn:isomatch:client:interrupted"
+    assert document["detail"].startswith(became)

@@ -133,3 +133,21 @@ def test_what_cannot_be_written_is_refused_before_the_job_starts(
         done = run("match", blobs[0], blobs[0], *options, url="http://127.0.0.1:9")
         assert done.returncode == 2, done.stderr
         assert word in " ".join(done.stderr.replace("│", " ").split()), done.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is full")
+@pytest.mark.parametrize("options", [[], ["--json"]])
+def test_a_file_that_cannot_be_written_is_reported(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path, options: list[str]
+) -> None:
+    full = tmp_path / "b.json"
+    full.symlink_to("/dev/full")
+    done = run("match", blobs[0], *blobs, "--points", "8", "-o", tmp_path, *options, url=url)
+    assert done.returncode == 1
+    if options:
+        job = json.loads(done.stdout)["matches"][1]["job"]
+        document = json.loads(done.stderr)
+        assert (document["type"], document["job"]) == ("urn:isomatch:client:os-error", job)
+        assert document["file"] == str(full)
+    else:
+        assert f"isomatch: {full}: " in done.stderr
