@@ -22,12 +22,16 @@ def upload(
     file_type: Annotated[
         str | None, typer.Option(help="Format, where the file's name does not tell: off, ply, ...")
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Name, instead of the file's.")] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of a single file, instead of its own.")
+    ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Upload meshes; the same file again costs nothing. One that cannot be read is named."""
+    if name is not None and len(meshes) > 1:
+        raise typer.BadParameter("several files would have one name", param_hint="--name")
     there = [mesh for mesh in meshes if mesh == "-" or Path(mesh).is_file()]
     nameless = [mesh for mesh in there if not Path(mesh).suffix]
     if file_type is None and nameless:
