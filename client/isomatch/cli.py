@@ -29,7 +29,6 @@ app = typer.Typer(
     " ISOMATCH_URL names its address, ISOMATCH_API_KEY holds the API key, if it needs one.",
     epilog=EXIT_CODES,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )

@@ -11,6 +11,7 @@ from isomatch._cli.job_runs import echo_models, finish, job_continues, job_given
 from isomatch._cli.options import (
     OUTPUT,
     AsJson,
+    Limit,
     Output,
     Picture,
     Quiet,
@@ -99,6 +100,7 @@ def list_jobs(
         str | None,
         typer.Option(callback=id_given, help="Only jobs of the shape or prototype with this id."),
     ] = None,
+    limit: Limit = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     url: Url = DEFAULT_URL,
@@ -106,7 +108,7 @@ def list_jobs(
     """List the jobs, newest first."""
     with connected(url, as_json) as client:
         found = (job.record for job in client.jobs(state, kind=kind, of=of))
-        print_listing(found, as_json, quiet, render.print_jobs)
+        print_listing(found, as_json, quiet, render.print_jobs, limit)
 
 
 @jobs.command()

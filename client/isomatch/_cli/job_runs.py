@@ -4,6 +4,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from types import FrameType
 from typing import Any, Final, TypeVar
@@ -229,8 +230,10 @@ def print_listing(
     as_json: bool,
     quiet: bool,
     table: Callable[[Iterable[RecordT], Console], None],
+    limit: int | None,
 ) -> None:
-    """Print records as JSON, as ids, or as a table."""
+    """Print records, at most `limit` of them, as JSON, as ids, or as a table."""
+    found = islice(found, limit)
     if as_json:
         echo_models(one.model_dump_json() for one in found)
     elif quiet:

@@ -92,6 +92,10 @@ Quiet = Annotated[
     bool,
     typer.Option("--quiet", "-q", help="Print ids and nothing else.", rich_help_panel=OUTPUT),
 ]
+Limit = Annotated[
+    int | None,
+    typer.Option("--limit", min=1, metavar="N", help="Print N at most, the newest."),
+]
 Mesh = Annotated[
     str,
     typer.Argument(callback=shapes_given, help=f"A file ({FORMATS}) or a shape's id."),

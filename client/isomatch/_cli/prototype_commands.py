@@ -9,7 +9,7 @@ import typer
 from isomatch._cli.examples import LEARN_EXAMPLES
 from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
 from isomatch._cli.job_runs import print_listing, run
-from isomatch._cli.options import AsJson, Meshes, Quiet, Url, Wait, output_option
+from isomatch._cli.options import AsJson, Limit, Meshes, Quiet, Url, Wait, output_option
 from isomatch._cli.output_files import check_outputs, file_named, writable
 from isomatch._cli.parameter_options import LEARN
 from isomatch._cli.parameter_table import takes
@@ -69,13 +69,14 @@ def learn(
 @prototypes.command("list")
 def list_prototypes(
     name: Annotated[str | None, typer.Option(help="Only the versions of this name.")] = None,
+    limit: Limit = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     url: Url = DEFAULT_URL,
 ) -> None:
     """List the prototypes, all versions of all names, newest first."""
     with connected(url, as_json) as client:
-        print_listing(client.prototypes(name), as_json, quiet, print_prototypes)
+        print_listing(client.prototypes(name), as_json, quiet, print_prototypes, limit)
 
 
 @prototypes.command()

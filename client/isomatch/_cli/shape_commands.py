@@ -6,7 +6,7 @@ import typer
 
 from isomatch._cli.exit_codes import EXIT_CODES, Failures, connected
 from isomatch._cli.job_runs import print_listing
-from isomatch._cli.options import AsJson, Quiet, Url
+from isomatch._cli.options import AsJson, Limit, Quiet, Url
 from isomatch._cli.render import print_shapes, standard_error
 from isomatch._cli.usage_errors import Commands
 from isomatch._http import DEFAULT_URL
@@ -15,17 +15,25 @@ shapes = typer.Typer(name="shapes", cls=Commands, epilog=EXIT_CODES, invoke_with
 
 
 @shapes.callback()
-def list_shapes(
+def shapes_or_command(
     context: typer.Context,
+    limit: Limit = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     url: Url = DEFAULT_URL,
 ) -> None:
     """List the uploaded shapes, newest first, or delete some."""
-    if context.invoked_subcommand is not None:
-        return
+    if context.invoked_subcommand is None:
+        list_them(limit, as_json, quiet, url)
+
+
+@shapes.command("list")
+def list_them(
+    limit: Limit = None, as_json: AsJson = False, quiet: Quiet = False, url: Url = DEFAULT_URL
+) -> None:
+    """List the uploaded shapes, newest first, as `isomatch shapes` does."""
     with connected(url, as_json) as client:
-        print_listing(client.shapes(), as_json, quiet, print_shapes)
+        print_listing(client.shapes(), as_json, quiet, print_shapes, limit)
 
 
 @shapes.command()
