@@ -11,7 +11,8 @@ from solver.arrays import FloatArray, IntArray
 
 def torus_file() -> bytes:
     """Return a coloured torus with a tube of varying width, as an OFF file."""
-    vertices, faces = _torus(24, 12)
+    # Of 12 by 8, a match is proven before it branches, and the warm-up leaves a kernel out.
+    vertices, faces = _torus(16, 10)
     colors = 0.5 + 0.25 * vertices
     lines = ["COFF", f"{len(vertices)} {len(faces)} 0"]
     lines += [" ".join(map(str, row)) for row in np.hstack([vertices, colors]).tolist()]
