@@ -18,6 +18,10 @@ _SURFACE: Final = "#d9d9d9"
 _OPACITY: Final = 0.5
 """Opacity of a surface without colours, behind which points remain visible."""
 
+_CLOUD: Final = "#9ca3af"
+_CLOUD_SIZE: Final = 2
+"""Of points of a cloud: gray where they have no colours; pixels, as on the service's page."""
+
 _MARGIN: Final = 1.05
 """Side of the drawn cube relative to the longest side of the shape."""
 
@@ -37,7 +41,8 @@ class Panel:
     faces
         (F, 3) rows of `vertices`; None where no surface is known.
     colors
-        (V, 3) colours of the vertices between 0 and 1; None for a translucent gray surface.
+        (V, 3) colours of the vertices between 0 and 1; None for a translucent gray surface, or gray
+        points of a cloud.
     lines
         (m, 2, 3) ends of lines.
     line_values
@@ -46,6 +51,8 @@ class Panel:
         Text above.
     view
         (3, 3) directions to the right, up and towards the viewer.
+    is_cloud
+        Whether the vertices are drawn as points, instead of the faces.
     """
 
     vertices: Floats
@@ -57,6 +64,7 @@ class Panel:
     line_values: Floats | None = None
     caption: str = ""
     view: Floats = field(default_factory=lambda: np.eye(3))
+    is_cloud: bool = False
 
 
 def plotly_modules() -> tuple[Any, Any]:
@@ -123,7 +131,9 @@ def add_panel(figure: "Figure", panel: Panel, colors: Floats, column: int) -> No
         Column of the figure, from 1, whose subplot is a scene.
     """
     objects, _ = plotly_modules()
-    if panel.faces is not None:
+    if panel.is_cloud:
+        figure.add_trace(_cloud(objects, panel), 1, column)
+    elif panel.faces is not None:
         figure.add_trace(_surface(objects, panel, panel.faces), 1, column)
     if len(panel.lines):
         figure.add_trace(_lines(objects, panel), 1, column)
@@ -159,6 +169,14 @@ def _surface(objects: Any, panel: Panel, faces: Indices) -> Any:
     else:
         look = {"vertexcolor": to_hex(panel.colors)}
     return objects.Mesh3d(**_xyz(panel.vertices), **corners, **look, hoverinfo="skip")
+
+
+def _cloud(objects: Any, panel: Panel) -> Any:
+    color = _CLOUD if panel.colors is None else to_hex(panel.colors)
+    marker = {"size": _CLOUD_SIZE, "color": color, "line": {"width": 0}}
+    return objects.Scatter3d(
+        **_xyz(panel.vertices), mode="markers", marker=marker, hoverinfo="skip"
+    )
 
 
 def _lines(objects: Any, panel: Panel) -> Any:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 MAGIC: Final = b"isogeom1"
-_HEADER: Final = "<8s3I4x4d"
+_HEADER: Final = "<8s4I4d"
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +33,8 @@ class Geometry:
         Red, green and blue of each vertex, (V, 3) uint8; None without colours.
     view
         Directions to the right, up and towards the viewer in figures, (3, 3): those of the shape.
+    is_cloud
+        Whether the shape is a point cloud, whose faces were made of its points.
     """
 
     vertices: npt.NDArray[np.float64]
@@ -40,6 +42,7 @@ class Geometry:
     vertex_ids: npt.NDArray[np.int64]
     colors: npt.NDArray[np.uint8] | None
     view: npt.NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    is_cloud: bool = False
 
     @classmethod
     def from_bytes(cls, data: bytes) -> "Geometry":
@@ -53,7 +56,8 @@ class Geometry:
         size = struct.calcsize(_HEADER)
         if len(data) < size or not data.startswith(MAGIC):
             raise ValueError("not the geometry of a shape")
-        _, n_vertices, n_faces, colored, *origin, scale = struct.unpack(_HEADER, data[:size])
+        _, n_vertices, n_faces, colored, cloud, *box = struct.unpack(_HEADER, data[:size])
+        *origin, scale = box
         lengths = [12 * n_vertices, 12 * n_faces, 4 * n_vertices, 3 * n_vertices * colored]
         if len(data) != size + sum(lengths):
             raise ValueError("the geometry of the shape is truncated")
@@ -65,9 +69,12 @@ class Geometry:
             faces=np.frombuffer(parts[1], "<u4").reshape(-1, 3).astype(np.int64),
             vertex_ids=np.frombuffer(parts[2], "<u4").astype(np.int64),
             colors=np.frombuffer(parts[3], "u1").reshape(-1, 3) if colored else None,
+            is_cloud=cloud == 1,
         )
 
     def __repr__(self) -> str:
+        if self.is_cloud:
+            return f"<Geometry of a cloud of {len(self.vertices)} points>"
         return f"<Geometry of {len(self.vertices)} vertices and {len(self.faces)} triangles>"
 
     def positions(self, numbers: npt.ArrayLike) -> npt.NDArray[np.float64]:
@@ -117,7 +124,7 @@ class Geometry:
         return rows
 
     def plot(self, title: str = "") -> "Figure":
-        """Draw the shape with plotly, in its own colours if it has any.
+        """Draw the surface, or the points of a cloud, with plotly, in its own colours if any.
 
         Parameters
         ----------
@@ -129,7 +136,11 @@ class Geometry:
         MissingExtra
             plotly is not installed.
         """
-        white = np.full((len(self.vertices), 3), 255, dtype=np.uint8)
-        colors = (white if self.colors is None else self.colors) / 255.0
-        panel = Panel(self.vertices, faces=self.faces, colors=colors, view=self.view)
+        # White points would not be seen on white paper.
+        colors = None if self.is_cloud else np.ones_like(self.vertices)
+        if self.colors is not None:
+            colors = self.colors / 255.0
+        panel = Panel(
+            self.vertices, faces=self.faces, colors=colors, view=self.view, is_cloud=self.is_cloud
+        )
         return draw_panels([panel], title)

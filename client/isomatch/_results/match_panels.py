@@ -52,6 +52,7 @@ def match_panels(
             faces=target.faces,
             colors=colors[1],
             caption="target",
+            is_cloud=target.is_cloud,
         ),
     )
 
@@ -95,4 +96,5 @@ def _source_panel(source: Drawable, numbers: Indices, colors: Floats | None) -> 
         colors=colors,
         caption="source",
         view=source.view,
+        is_cloud=source.is_cloud,
     )

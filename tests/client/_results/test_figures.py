@@ -185,6 +185,32 @@ def test_one_shape_is_drawn_in_its_colours(client: isomatch.Client) -> None:
     assert figure.layout.title.text == shape.name
 
 
+def test_a_cloud_is_drawn_as_points(client: isomatch.Client, pair: Pair) -> None:
+    points = blob_meshes()[0].vertices
+    shape = client.upload(points, name="cloud")
+    cloud = client.geometry(shape)
+    assert cloud.is_cloud
+    assert not client.geometry(pair[0]).is_cloud
+    assert repr(cloud) == "<Geometry of a cloud of 642 points>"
+    figure = cloud.plot()
+    assert not traces(figure, "mesh3d")
+    (drawn,) = traces(figure, "scatter3d")
+    np.testing.assert_allclose(positions(drawn), points, atol=1e-6)
+    assert (drawn.mode, drawn.marker.size, drawn.marker.color) == ("markers", 2, "#9ca3af")
+
+    match = client.match(shape, pair[1], points=6, coarse_points=6, dense=True).result()
+    assert match.dense is not None
+    figure = match.plot()
+    assert not traces(figure, "mesh3d")
+    assert len(traces(figure, "mesh3d", "scene2")) == 1
+    sizes = [trace.marker.size for trace in traces(figure, "scatter3d")]
+    assert sizes == [2, 6]
+    cloud_colors = traces(figure, "scatter3d")[0].marker.color
+    assert len(cloud_colors) == 642
+    figure = client.match(pair[1], shape, points=6, coarse_points=6).result().plot()
+    assert not traces(figure, "mesh3d", "scene2")
+
+
 def test_shapes_are_seen_as_their_records_say(client: isomatch.Client, pair: Pair) -> None:
     job = client.match(*pair, points=8, coarse_points=6).wait()
     up, towards = np.array(pair[0].view)[1:]
