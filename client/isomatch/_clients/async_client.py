@@ -42,7 +42,7 @@ from isomatch._operations import (
     transfers,
 )
 from isomatch._operations.listings import list_all
-from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.request_parts import id_of, job_id_of, path_to
 from isomatch._operations.shapes import get_geometry
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._operations.uploads import UPLOAD_TIMEOUT, upload
@@ -58,6 +58,7 @@ from isomatch._results import (
     Prototype,
     PrototypePoints,
     Registration,
+    Result,
     Transfer,
     TransferKind,
 )
@@ -387,7 +388,7 @@ class AsyncClient:
 
     async def transfer(
         self,
-        match: RecordedJob | str,
+        match: RecordedJob | Match | str,
         values: Attributes | AttributesSource | None = None,
         *,
         what: TransferKind,
@@ -407,7 +408,7 @@ class AsyncClient:
         Parameters
         ----------
         match
-            The job of the match, or its id.
+            The job of the match, its id, or its result.
         values
             Attributes of the vertices or faces of the shape that they are carried from: a file or
             arrays by name, uploaded as by :meth:`upload_attributes`, or an uploaded file. By
@@ -447,7 +448,7 @@ class AsyncClient:
         UnknownAttributes, UnprocessableAttributes, InvalidRequest
             The values do not exist, cannot be read, or do not fit; the message says why.
         TypeError
-            The result of the match was given, not its job.
+            A landmark is neither a vertex nor a point.
         """
         start = transfers.start_transfer(
             match,
@@ -804,15 +805,18 @@ class AsyncClient:
         """
         await self._transport.run(delete(path_to("prototypes", prototype)))
 
-    async def job(self, job_id: str) -> AsyncJob:
-        """Return a job by its id.
+    async def job(self, job_id: Result | str) -> AsyncJob:
+        """Return a job by its id, or the job of a result.
 
         Raises
         ------
         NotFound
             There is no job with this id.
+        ValueError
+            The result is of an earlier version, which does not name its job.
         """
-        return AsyncJob(self._transport, await self._transport.run(jobs.get_job(job_id)))
+        record = await self._transport.run(jobs.get_job(job_id_of(job_id)))
+        return AsyncJob(self._transport, record)
 
     def jobs(
         self,

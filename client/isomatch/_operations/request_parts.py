@@ -30,22 +30,41 @@ class Identified(Protocol):
 def id_of(given: Identified | str) -> str:
     """Return the id of a shape, a prototype or a job, which may be given as its id.
 
+    Of a result see :func:`job_id_of`.
+
     Raises
     ------
     ValueError
         A text is no id, but perhaps the name of a file.
     TypeError
-        A result is given instead of its job, or something else that has no id.
+        A result is given, or something else that has no id.
     """
     if isinstance(given, str | os.PathLike) and not may_be_id(str(given)):
         raise ValueError(f"{str(given)!r} is no id: {_WANTED}")
     if isinstance(given, Result):
-        raise TypeError("a result does not know its job: give the job itself, or its id")
+        raise TypeError(f"a {type(given).__name__} is a result: {_WANTED}")
     if isinstance(given, str):
         return given
     if not isinstance(getattr(given, "id", None), str):
         raise TypeError(f"{type(given).__name__} has no id: {_WANTED}")
     return given.id
+
+
+def job_id_of(given: Identified | Result | str) -> str:
+    """Return the id of a job, which may be given as its result.
+
+    Raises
+    ------
+    ValueError
+        As for :func:`id_of`, or the result is of an earlier version, which does not name its job.
+    TypeError
+        As for :func:`id_of`.
+    """
+    if not isinstance(given, Result):
+        return id_of(given)
+    if given.job is None:
+        raise ValueError("a result of an earlier version does not name its job: give its id")
+    return given.job
 
 
 def listed(given: Iterable[EntryT], entries: str) -> list[EntryT]:

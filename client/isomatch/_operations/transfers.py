@@ -10,9 +10,9 @@ from isomatch._http import Json, Operation
 from isomatch._landmarks import LandmarkSet
 from isomatch._models import Attributes, JobRecord, SurfacePoint, is_attributes_id
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import Identified, id_of, listed
+from isomatch._operations.request_parts import Identified, job_id_of, listed
 from isomatch._operations.uploads import upload
-from isomatch._results import Direction, Element, TransferKind
+from isomatch._results import Direction, Element, Match, TransferKind
 from isomatch._upload import FileSource, attribute_file
 from isomatch._webhooks import Webhook
 
@@ -28,7 +28,7 @@ LONGEST_LABEL: Final = 200
 
 
 def start_transfer(
-    match: Identified | str,
+    match: Identified | Match | str,
     values: Attributes | AttributesSource | None,
     *,
     what: TransferKind,
@@ -46,9 +46,9 @@ def start_transfer(
     Raises
     ------
     TypeError
-        A landmark is neither a vertex nor a point, or the result of the match was given.
+        A landmark is neither a vertex nor a point.
     """
-    body: dict[str, Json] = {"match": id_of(match), "what": what, "direction": direction}
+    body: dict[str, Json] = {"match": job_id_of(match), "what": what, "direction": direction}
     if isinstance(values, Attributes):
         body["attributes"] = values.id
     elif isinstance(values, str) and is_attributes_id(values):

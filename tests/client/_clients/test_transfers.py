@@ -71,6 +71,16 @@ def test_uploaded_attributes_can_be_carried_again(
         client.transfer(job_id, uploaded, what="labels")
 
 
+def test_a_result_stands_for_its_job(client: isomatch.Client, job_id: str) -> None:
+    match: isomatch.Match = client.job(job_id).result()
+    assert client.job(match) == client.job(job_id)
+    assert client.transfer(match, {"part": PARTS}, what="labels").result().match == job_id
+    with pytest.raises(ValueError, match="does not name its job: give its id"):
+        client.job(match.model_copy(update={"job": None}))
+    with pytest.raises(TypeError, match=r"a Match is a result: give what client\.upload"):
+        client.geometry(match)  # type: ignore[arg-type]
+
+
 def test_labels_of_faces(client: isomatch.Client, job_id: str, tmp_path: Path) -> None:
     """An array by name, onto faces and onto vertices; and a file from the command line."""
     parts = np.where(FIRST.vertices[FIRST.faces].mean(axis=1)[:, 2] > 0.3, 1, 2)
@@ -122,8 +132,6 @@ def test_files_that_are_refused(client: isomatch.Client, job_id: str) -> None:
         client.upload_attributes(7)  # type: ignore[arg-type]
     with pytest.raises(isomatch.InvalidRequest, match="match: There is no job no-such-job"):
         client.transfer("no-such-job", what="colors")
-    with pytest.raises(TypeError, match="give the job itself, or its id"):
-        client.transfer(client.job(job_id).result(), what="colors")
     with pytest.raises(TypeError, match=r"landmark as a vertex, or a point .* not 0\.5"):
         client.transfer(job_id, what="landmarks", points=[0.5])  # type: ignore[list-item]
     one = client.upload_attributes(b"a\n" + b"1\n" * len(PARTS), file_type="csv")
