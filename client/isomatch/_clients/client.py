@@ -165,9 +165,10 @@ class Client:
         ----------
         shape
             A path; the bytes of a file; an open binary file, read from its beginning; a tuple of
-            arrays, vertices (V, 3), faces (F, 3) counted from 0 and optionally colours; or an
-            object with ``.vertices`` and ``.faces`` such as a ``trimesh.Trimesh``, with its
-            vertex colours.
+            arrays, vertices (V, 3), faces (F, 3) counted from 0 and optionally colours; an array of
+            points, (V, 3), or (V, 6) with normals of length 1; a tuple of points, None and colours;
+            or an object with ``.vertices`` and ``.faces`` or ``.triangles``, such as a
+            ``trimesh.Trimesh``, a mesh of open3d or a :class:`Geometry`, with its vertex colours.
         name
             Name of the shape; by default that of the file.
         file_type

@@ -50,6 +50,20 @@ def checked_arrays(
     return points, triangles.astype(np.int32)
 
 
+def checked_points(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """Return the points of a cloud, (V, 3) or with normals (V, 6), float64.
+
+    Raises
+    ------
+    ValueError
+        The array has another shape, or is not of real numbers.
+    """
+    table = np.asarray(points, dtype=np.float64)
+    if table.ndim != 2 or table.shape[1] not in (3, 6):
+        raise ValueError(f"points must have the shape (V, 3) or (V, 6), not {table.shape}")
+    return table
+
+
 def checked_colors(colors: npt.ArrayLike, count: int) -> npt.NDArray[np.uint8]:
     """Return colours of `count` vertices as RGB, (V, 3) uint8.
 

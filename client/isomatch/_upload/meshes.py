@@ -6,27 +6,21 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, Final, Protocol, TypeAlias, TypeGuard, runtime_checkable
+from typing import Any, BinaryIO, Final, TypeAlias, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
 
 from isomatch._http import UploadFile
-from isomatch._upload.arrays import checked_arrays, checked_colors
-
-
-@runtime_checkable
-class MeshLike(Protocol):
-    """Anything with arrays of vertices and faces, such as a ``trimesh.Trimesh``."""
-
-    @property
-    def vertices(self) -> npt.ArrayLike:
-        """Positions, shape (V, 3)."""
-
-    @property
-    def faces(self) -> npt.ArrayLike:
-        """Vertex indices of the triangles, shape (F, 3)."""
-
+from isomatch._upload.mesh_objects import (
+    CloudLike,
+    MeshLike,
+    MeshObject,
+    TrianglesLike,
+    is_scene,
+    object_file,
+)
+from isomatch._upload.ply import binary_ply, points_ply
 
 FileSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO
 """A path, the bytes of a file, or an open binary file."""
@@ -35,21 +29,18 @@ MeshSource: TypeAlias = (
     FileSource
     | npt.NDArray[np.floating]
     | tuple[npt.ArrayLike, npt.ArrayLike]
-    | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike | None]
-    | MeshLike
+    | tuple[npt.ArrayLike, npt.ArrayLike | None, npt.ArrayLike | None]
+    | MeshObject
 )
 """A path, the bytes of a file, an open binary file, an array of points (V, 3), or (V, 6) with their
-normals, arrays (vertices, faces) or (vertices, faces, colours), or an object with vertices and
-faces."""
+normals, arrays (vertices, faces) or (vertices, faces, colours), whose faces are None for points
+with colours, or an object with vertices and faces."""
 
 
 _MESH_SOURCES: Final = (
     "a shape is a path, bytes, an open binary file, an array of points, a tuple (vertices, faces) "
-    "or (vertices, faces, colours), or an object with .vertices and .faces, not "
+    "or (vertices, faces, colours), or an object with .vertices and .faces or .triangles, not "
 )
-
-
-_POINT_COLUMNS: Final = ("x", "y", "z", "nx", "ny", "nz")
 
 
 @contextmanager
@@ -80,11 +71,11 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Uplo
     elif isinstance(source, np.ndarray):
         yield UploadFile("points.ply", points_ply(source))
     elif isinstance(source, tuple):
-        if len(source) not in (2, 3):
-            raise TypeError(_MESH_SOURCES + f"a tuple of {len(source)}")
-        yield UploadFile("mesh.ply", binary_ply(*source))
-    elif isinstance(source, MeshLike):
-        yield UploadFile("mesh.ply", binary_ply(source.vertices, source.faces, _colors(source)))
+        yield _file_of_arrays(source)
+    elif isinstance(source, MeshLike | TrianglesLike | CloudLike):
+        yield object_file(source)
+    elif is_scene(source):
+        raise TypeError("a scene has several meshes: to upload them as one, use scene.to_mesh()")
     else:
         raise TypeError(_MESH_SOURCES + type(source).__name__)
 
@@ -150,6 +141,16 @@ def _opened(source: FileSource) -> Iterator[UploadFile]:
         yield UploadFile(Path(name).name if isinstance(name, str) else "", content)
 
 
+def _file_of_arrays(arrays: tuple[Any, ...]) -> UploadFile:
+    """Return (vertices, faces) or (vertices, faces, colours) as a file."""
+    if len(arrays) not in (2, 3):
+        raise TypeError(_MESH_SOURCES + f"a tuple of {len(arrays)}")
+    vertices, faces, *colors = arrays
+    if faces is None and len(colors) == 1:
+        return UploadFile("points.ply", points_ply(vertices, *colors))
+    return UploadFile("mesh.ply", binary_ply(vertices, faces, *colors))
+
+
 def _archive(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
     """Return arrays as the bytes of an ``.npz``; one of objects is refused."""
     stream = io.BytesIO()
@@ -167,84 +168,3 @@ def _file_name(name: str, extension: str | None) -> str:
     if not Path(name).suffix:
         raise ValueError('the name has no extension; give the format, as in file_type="off"')
     return name
-
-
-def _colors(mesh: object) -> npt.ArrayLike | None:
-    # trimesh: only visuals of the kind "vertex" have a colour for each vertex.
-    visual = getattr(mesh, "visual", None)
-    if getattr(visual, "kind", None) != "vertex":
-        return None
-    colors: npt.ArrayLike | None = getattr(visual, "vertex_colors", None)
-    return colors
-
-
-def points_ply(points: npt.ArrayLike) -> bytes:
-    """Write a point cloud as little-endian binary PLY, exactly and in the order given.
-
-    Parameters
-    ----------
-    points
-        (V, 3) positions, or (V, 6) with normals, written as float64.
-
-    Raises
-    ------
-    ValueError
-        The array has another shape.
-    """
-    table = np.asarray(points, dtype="<f8")
-    if table.ndim != 2 or table.shape[1] not in (3, 6):
-        raise ValueError(f"points must have the shape (V, 3) or (V, 6), not {table.shape}")
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        f"element vertex {len(table)}",
-        *(f"property double {name}" for name in _POINT_COLUMNS[: table.shape[1]]),
-        "end_header\n",
-    ]
-    return "\n".join(header).encode() + np.ascontiguousarray(table).tobytes()
-
-
-def binary_ply(
-    vertices: npt.ArrayLike, faces: npt.ArrayLike, colors: npt.ArrayLike | None = None
-) -> bytes:
-    """Write a triangle mesh as little-endian binary PLY, exactly and in the order given.
-
-    Parameters
-    ----------
-    vertices
-        Positions, (V, 3), written as float64.
-    faces
-        Vertex indices from 0, (F, 3).
-    colors
-        RGB or RGBA of each vertex, (V, 3) or (V, 4), integers from 0 to 255 or floats from 0 to 1;
-        alpha is ignored.
-
-    Raises
-    ------
-    ValueError
-        An array is invalid: see :func:`checked_arrays` and :func:`checked_colors`.
-    """
-    points, triangles = checked_arrays(vertices, faces)
-    fields: list[tuple[str, str, tuple[int, ...]]] = [("position", "<f8", (3,))]
-    properties = [f"property double {axis}" for axis in "xyz"]
-    if colors is not None:
-        fields.append(("color", "u1", (3,)))
-        properties += [f"property uchar {channel}" for channel in ("red", "green", "blue")]
-    vertex_table = np.empty(len(points), dtype=fields)
-    vertex_table["position"] = points
-    if colors is not None:
-        vertex_table["color"] = checked_colors(colors, len(points))
-    face_table = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
-    face_table["count"] = 3
-    face_table["corners"] = triangles
-
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        f"element vertex {len(points)}",
-        *properties,
-        f"element face {len(triangles)}",
-        "property list uchar int vertex_indices",
-        "end_header\n",
-    ]
-    return "\n".join(header).encode() + vertex_table.tobytes() + face_table.tobytes()

@@ -211,6 +211,19 @@ def test_a_cloud_is_drawn_as_points(client: isomatch.Client, pair: Pair) -> None
     assert not traces(figure, "mesh3d", "scene2")
 
 
+def test_a_geometry_can_be_uploaded_again(client: isomatch.Client) -> None:
+    mesh = blob_meshes()[0]
+    colors = np.arange(3 * 642).reshape(642, 3).astype(np.uint8)
+    surface = client.upload((mesh.vertices, mesh.faces, colors))
+    cloud = client.upload((mesh.vertices, None, colors))
+    for shape, kind in ((surface, "mesh"), (cloud, "points")):
+        again = client.upload(client.geometry(shape))
+        assert (again.kind, again.has_colors) == (shape.kind, True) == (kind, True)
+        found = client.geometry(again).colors
+        assert found is not None
+        np.testing.assert_array_equal(found, colors)
+
+
 def test_shapes_are_seen_as_their_records_say(client: isomatch.Client, pair: Pair) -> None:
     job = client.match(*pair, points=8, coarse_points=6).wait()
     up, towards = np.array(pair[0].view)[1:]

@@ -4,7 +4,9 @@ import io
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import isomatch
 import numpy as np
 import pytest
 import trimesh
@@ -48,6 +50,68 @@ def test_a_trimesh_is_written_with_its_vertex_colours() -> None:
     back = read_back(content(mesh)[1])
     assert isinstance(back.visual, trimesh.visual.ColorVisuals)
     np.testing.assert_array_equal(back.visual.vertex_colors[:, :3], colors[:, :3])
+
+
+COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [7, 8, 9]], dtype=np.uint8)
+
+
+def test_a_geometry_is_written_with_its_colours() -> None:
+    geometry = isomatch.Geometry(*TETRAHEDRON, np.arange(4), COLORS)
+    assert content(geometry) == ("mesh.ply", binary_ply(*TETRAHEDRON, COLORS))
+    plain = isomatch.Geometry(*TETRAHEDRON, np.arange(4), None)
+    assert content(plain) == ("mesh.ply", binary_ply(*TETRAHEDRON))
+    cloud = isomatch.Geometry(*TETRAHEDRON, np.arange(4), COLORS, is_cloud=True)
+    name, data = content(cloud)
+    assert name == "points.ply"
+    assert b"element face" not in data
+    assert b"property uchar red" in data
+
+
+def test_colours_of_faces_are_not_lost_in_silence() -> None:
+    mesh = trimesh.Trimesh(*TETRAHEDRON, face_colors=COLORS, process=False)
+    with pytest.warns(UserWarning, match=r"colours of faces .* mesh\.visual\.vertex_colors"):
+        assert content(mesh)[1] == binary_ply(*TETRAHEDRON)
+
+
+class Vectors:
+    """Numbers as open3d has them: no array, but convertible to one."""
+
+    def __init__(self, values: np.ndarray) -> None:
+        self.values = values
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.asarray(self.values, dtype)
+
+
+class TriangleMesh:
+    """A mesh like those of open3d."""
+
+    def __init__(self, colors: np.ndarray) -> None:
+        self.vertices, self.triangles = map(Vectors, TETRAHEDRON)
+        self.vertex_colors = Vectors(colors)
+
+
+def test_a_mesh_of_open3d_is_written() -> None:
+    colored: Any = TriangleMesh(COLORS / 255.0)
+    assert content(colored) == ("mesh.ply", binary_ply(*TETRAHEDRON, COLORS))
+    plain: Any = TriangleMesh(np.zeros((0, 3)))
+    assert content(plain) == ("mesh.ply", binary_ply(*TETRAHEDRON))
+
+
+def test_a_point_cloud_of_trimesh_is_written() -> None:
+    made: Any = trimesh.PointCloud
+    assert content(made(TETRAHEDRON[0])) == content(TETRAHEDRON[0])
+    colored = made(TETRAHEDRON[0], colors=COLORS)
+    assert content(colored) == content((TETRAHEDRON[0], None, COLORS))
+
+
+def test_a_scene_of_trimesh_is_refused_with_what_to_do() -> None:
+    scene: Any = trimesh.Scene([trimesh.Trimesh(*TETRAHEDRON)])
+    with pytest.raises(TypeError, match=r"use scene\.to_mesh\(\)"):
+        content(scene)
 
 
 def test_the_same_arrays_have_the_same_bytes() -> None:
