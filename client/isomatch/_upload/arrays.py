@@ -9,6 +9,10 @@ _MOST_VERTICES: Final = np.iinfo(np.int32).max
 """Vertices that the int32 indices of a PLY file can address."""
 
 
+_UNIT: Final = 0.01
+"""Tolerance of the length of a normal, as in text files that the service reads."""
+
+
 def checked_arrays(
     vertices: npt.ArrayLike, faces: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
@@ -56,11 +60,20 @@ def checked_points(points: npt.ArrayLike) -> npt.NDArray[np.float64]:
     Raises
     ------
     ValueError
-        The array has another shape, or is not of real numbers.
+        The array has another shape, is not of real numbers, or has normals whose length is not 1.
+        Normals of 0 or nan are missing ones.
     """
     table = np.asarray(points, dtype=np.float64)
     if table.ndim != 2 or table.shape[1] not in (3, 6):
         raise ValueError(f"points must have the shape (V, 3) or (V, 6), not {table.shape}")
+    lengths = np.linalg.norm(table[:, 3:], axis=1)
+    wrong = (lengths > 0.0) & (np.abs(lengths - 1.0) > _UNIT)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise ValueError(
+            f"points[{row}, 3:] is {table[row, 3:].tolist()}, but a normal has the length 1: divide"
+            " normals by their lengths; give colours as (points, None, colors)"
+        )
     return table
 
 

@@ -215,6 +215,7 @@ def test_a_path_that_does_not_exist_is_an_os_error(tmp_path: Path) -> None:
 @pytest.mark.parametrize("columns", [3, 6])
 def test_an_array_of_points_is_a_cloud(columns: int) -> None:
     given = np.random.default_rng(1).random((30, columns))
+    given[:, 3:] /= np.linalg.norm(given[:, 3:], axis=1, keepdims=True)
     name, data = content(given)
     assert name == "points.ply"
     header, _, body = data.partition(b"end_header\n")
@@ -223,3 +224,15 @@ def test_an_array_of_points_is_a_cloud(columns: int) -> None:
     np.testing.assert_array_equal(np.frombuffer(body, "<f8").reshape(30, columns), given)
     with pytest.raises(ValueError, match=r"must have the shape \(V, 3\) or \(V, 6\)"):
         content(given[:, :2])
+
+
+@pytest.mark.parametrize("extra", [[255.0, 0.0, 7.0], [0.5, 0.5, 0.5], [np.inf, 0.0, 0.0]])
+def test_columns_that_are_no_normals_are_refused(extra: list[float]) -> None:
+    given = np.array([[0.0, 0, 0, 0, 0, 1], [1, 0, 0, *extra], [0, 1, 0, 0, 1, 0]])
+    with pytest.raises(ValueError, match=r"points\[1, 3:\] is .* give colours as \(points, None"):
+        content(given)
+
+
+def test_normals_may_be_missing() -> None:
+    given = np.array([[0.0, 0, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0], [0, 1, 0, *[np.nan] * 3]])
+    assert content(given)[0] == "points.ply"
