@@ -16,7 +16,7 @@ class LandmarkSet:
     labels
         Name of each landmark, n of them.
     positions
-        Positions, (n, 3) float64; a row of nan for a landmark that is missing.
+        Positions, (n, 3), kept as float64; a row of nan for a landmark that is missing.
     name
         Name of the specimen; empty if it has none.
     descriptions
@@ -34,6 +34,7 @@ class LandmarkSet:
     descriptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "positions", np.asarray(self.positions, dtype=np.float64))
         if self.positions.shape != (len(self.labels), 3):
             raise ValueError(
                 f"{len(self.labels)} landmarks have positions of shape ({len(self.labels)}, 3),"

@@ -214,6 +214,10 @@ class Registration(ArrayResult):
             :attr:`arrays`.
         """
         named = list(names) or [Path(one.name or one.shape).stem for one in self.specimens]
+        if len(named) != len(self.specimens):
+            raise ValueError(
+                f"{len(self.specimens)} specimens have as many names, not {len(named)}"
+            )
         done = [name for name, one in zip(named, self.specimens, strict=True) if one.registered]
         meshes = [*zip(done, self.positions, strict=True), ("mean", self.mean)]
         paths = [Path(folder) / f"{name}.ply" for name, _ in meshes]

@@ -152,14 +152,33 @@ def _file_of_arrays(arrays: tuple[Any, ...]) -> UploadFile:
 
 
 def _archive(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
-    """Return arrays as the bytes of an ``.npz``; one of objects is refused."""
+    """Return arrays as the bytes of an ``.npz``.
+
+    Raises
+    ------
+    ValueError
+        A list has rows of several lengths, or an array has objects; the message names it.
+    """
     stream = io.BytesIO()
     # A name may be that of a parameter of savez.
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, values in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
-                np.lib.format.write_array(member, np.asarray(values), allow_pickle=False)
+                np.lib.format.write_array(member, _plain_array(name, values), allow_pickle=False)
     return stream.getvalue()
+
+
+def _plain_array(name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{name!r} is no array: {error}") from error
+    if array.dtype.hasobject:
+        raise ValueError(
+            f"{name!r} is an array of objects: give numbers, as by .astype(float), or text, as by"
+            " .astype(str)"
+        )
+    return array
 
 
 def _file_name(name: str, extension: str | None) -> str:

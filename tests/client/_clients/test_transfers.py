@@ -99,7 +99,7 @@ def test_labels_of_faces(client: isomatch.Client, job_id: str, tmp_path: Path) -
     assert (onto.on, onto.rows) == ("vertices", len(SECOND.vertices))
     with pytest.raises(ValueError, match=r"Client\.transfer carries values of faces"):
         found.transfer(parts, "labels")
-    with pytest.raises(ValueError, match="Object arrays"):
+    with pytest.raises(ValueError, match="'part' is an array of objects"):
         client.transfer(job_id, {"part": np.array([{}, []], dtype=object)}, what="labels")
 
 

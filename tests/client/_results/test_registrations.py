@@ -2,6 +2,7 @@
 
 import io
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -51,3 +52,10 @@ def test_directions_are_orthonormal_over_the_vertices_of_the_mesh() -> None:
     own = result.directions[:, MESH.vertex_ids].reshape(3, -1)
     np.testing.assert_allclose(own @ own.T, np.eye(3), atol=1e-12)
     np.testing.assert_array_equal(result.directions[:, [5, 6, 0]], result.directions[:, [2, 3, 1]])
+
+
+def test_names_of_the_specimens_are_counted(tmp_path: Path) -> None:
+    result, _ = registration()
+    count = len(result.specimens)
+    with pytest.raises(ValueError, match=f"{count} specimens have as many names, not {count + 1}"):
+        result.save_meshes(tmp_path, ["name"] * (count + 1))

@@ -10,7 +10,7 @@ import isomatch
 import numpy as np
 import pytest
 import trimesh
-from isomatch._upload import MeshSource, binary_ply, mesh_file
+from isomatch._upload import MeshSource, attribute_file, binary_ply, mesh_file
 
 TETRAHEDRON = (
     np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.0, 1.0, 1 / 3], [0.0, 0.0, np.pi]]),
@@ -236,3 +236,15 @@ def test_columns_that_are_no_normals_are_refused(extra: list[float]) -> None:
 def test_normals_may_be_missing() -> None:
     given = np.array([[0.0, 0, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0], [0, 1, 0, *[np.nan] * 3]])
     assert content(given)[0] == "points.ply"
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (np.array([1, None]), "'height' is an array of objects: give numbers"),
+        ([[1.0], [1.0, 2.0]], "'height' is no array: "),
+    ],
+)
+def test_arrays_that_no_file_holds_are_named(values: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message), attribute_file({"height": values}):
+        pass
