@@ -15,7 +15,7 @@ _TYPES: Final = {
     "boolean": "bool",
     "string": "str",
     "structure": "StructureChoice",
-    "structures": "StructureChoice | list[StructureChoice]",
+    "structures": "StructureChoice | Sequence[StructureChoice]",
     "landmarks": "LandmarkPairs",
 }
 _PYTHON: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
@@ -30,6 +30,7 @@ _PYTHON: Final[dict[str, str | Callable[[re.Match[str]], str]]] = {
 def parameter_types(jobs: Mapping[str, Sequence[Described]]) -> str:
     """Return the module of the keyword arguments of the client's methods."""
     imports = (
+        "from collections.abc import Sequence\n"
         "from typing import Annotated, Final, Literal\n\n"
         "# Pydantic reads a TypedDict of the standard library only from Python 3.12 on.\n"
         "from typing_extensions import TypedDict\n\n"

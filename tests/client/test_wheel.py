@@ -48,12 +48,21 @@ def main(source: str, target: str) -> int:
         except isomatch.NotFound as error:
             assert_type(error.problem.detail, str | None)
             print(error.status)
+        with open(source, "rb") as file:
+            again = client.upload(memoryview(file.read()), file_type="off")
+        assert again.id == first.id
+        metrics = ["commute_time", "geodesic"]
+        choice: isomatch.StructureChoice = {"name": "hks", "times": [0.1, 0.3]}
+        # The coarsest level alone: one of each.
+        client.match(first, second, points=6, metric=metrics, descriptor=(choice, "none")).cancel()
+        dense = client.match(first, second, points=6, coarse_points=6, dense=True).result()
+        client.transfer(dense, what="landmarks", points=dense.pairs[:2, 0]).result()
         corners = np.array([[0, 1, 2]])
         client.delete_shape(client.upload((np.eye(3), corners, np.eye(3)), name="triangle"))
-    return asyncio.run(again(first, second, len(match.pairs)))
+    return asyncio.run(once_more(first, second, len(match.pairs)))
 
 
-async def again(first: isomatch.Shape, second: isomatch.Shape, count: int) -> int:
+async def once_more(first: isomatch.Shape, second: isomatch.Shape, count: int) -> int:
     async with isomatch.AsyncClient() as client:
         job = await client.match(first, second, points=count, coarse_points=6)
         assert_type(job, isomatch.AsyncJob[isomatch.Match])

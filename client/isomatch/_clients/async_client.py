@@ -3,7 +3,7 @@
 import os
 from collections.abc import AsyncIterator, Iterable, Sequence
 from types import TracebackType
-from typing import Unpack
+from typing import SupportsIndex, Unpack
 
 import httpx2
 
@@ -669,7 +669,7 @@ class AsyncClient:
     async def learn_prototype(
         self,
         shapes: Iterable[Shape | str],
-        correspondences: Iterable[Iterable[int]] | None = None,
+        correspondences: Iterable[Iterable[SupportsIndex]] | None = None,
         *,
         name: str | None = None,
         reference: Shape | str | None = None,

@@ -7,7 +7,7 @@ edited by hand.
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from types import TracebackType
-from typing import Unpack
+from typing import SupportsIndex, Unpack
 
 import httpx2
 
@@ -670,7 +670,7 @@ class Client:
     def learn_prototype(
         self,
         shapes: Iterable[Shape | str],
-        correspondences: Iterable[Iterable[int]] | None = None,
+        correspondences: Iterable[Iterable[SupportsIndex]] | None = None,
         *,
         name: str | None = None,
         reference: Shape | str | None = None,

@@ -5,6 +5,7 @@ import os
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import SupportsIndex
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from isomatch._webhooks import Webhook
 
 def start_prototype(
     shapes: Iterable[Shape | str],
-    correspondences: Iterable[Iterable[int]] | None,
+    correspondences: Iterable[Iterable[SupportsIndex]] | None,
     *,
     name: str | None,
     reference: Shape | str | None,

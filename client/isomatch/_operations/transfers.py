@@ -2,7 +2,7 @@
 
 import operator
 from collections.abc import Iterable, Mapping
-from typing import Final, TypeAlias
+from typing import Final, SupportsIndex, TypeAlias
 
 import numpy.typing as npt
 
@@ -19,7 +19,7 @@ from isomatch._webhooks import Webhook
 AttributesSource: TypeAlias = FileSource | Mapping[str, npt.ArrayLike]
 """A path, the bytes of a file, an open binary file, or arrays by name."""
 
-Landmark: TypeAlias = int | SurfacePoint | Mapping[str, object]
+Landmark: TypeAlias = SupportsIndex | SurfacePoint | Mapping[str, object]
 """A vertex, or a point with `vertices` and `weights`."""
 
 

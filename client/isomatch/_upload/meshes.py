@@ -22,7 +22,7 @@ from isomatch._upload.mesh_objects import (
 )
 from isomatch._upload.ply import binary_ply, points_ply
 
-FileSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO
+FileSource: TypeAlias = str | os.PathLike[str] | bytes | bytearray | memoryview | BinaryIO
 """A path, the bytes of a file, or an open binary file."""
 
 MeshSource: TypeAlias = (
