@@ -135,7 +135,7 @@ class Dissimilarities(Result):
         return square + square.T
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
-        names = self.labels or called(zip_longest(self.names or (), self.shapes))
+        names = called(zip_longest(self.names or (), self.shapes))
         title = f"{len(self.shapes)} shapes"
         if self.mean_average_precision is not None:
             title += f", mean average precision {self.mean_average_precision:.3f}"
@@ -176,6 +176,6 @@ class PartialDissimilarities(Answer):
         MissingExtra
             plotly is not installed.
         """
-        names = self.labels or called(zip_longest(self.names or (), self.shapes))
+        names = called(zip_longest(self.names or (), self.shapes))
         title = f"{len(self.shapes)} shapes, {self.pairs_done} of {self.pairs} pairs known"
         return draw_dissimilarities(self.matrix, names, self.labels, title)

@@ -247,7 +247,8 @@ def test_a_partial_matrix_is_drawn() -> None:
     assert (drawn.zmin, drawn.zmax) == (0.0, np.sqrt(2.0))  # all colours, of so few pairs
     assert drawn.hoverongaps is False
     assert "2 of 3 pairs" in figure.layout.title.text
-    named = partial.model_copy(update={"names": ("cat", None, "dog")}).plot()
+    labels = ("feline", "canine", "canine")
+    named = partial.model_copy(update={"names": ("cat", None, "dog"), "labels": labels}).plot()
     assert list(named.layout.xaxis.ticktext) == ["cat", "b" * 32, "dog"]
 
 
@@ -255,7 +256,7 @@ def test_a_matrix_is_drawn_by_class_in_the_order_of_first_shapes(
     client: isomatch.Client, pair: Pair
 ) -> None:
     mesh = blob_meshes()[0]
-    long = client.upload((mesh.vertices * [1.0, 1.0, 2.0], mesh.faces))
+    long = client.upload((mesh.vertices * [1.0, 1.0, 2.0], mesh.faces), "long")
     shapes, labels = [pair[0], long, pair[1]], ["round", "long", "round"]
     found = client.dissimilarities(shapes, labels, points=4, eigenpairs=30).result()
     figure = found.plot()
@@ -264,7 +265,10 @@ def test_a_matrix_is_drawn_by_class_in_the_order_of_first_shapes(
     np.testing.assert_array_equal(drawn.customdata, ordered)
     np.testing.assert_array_equal(drawn.z, np.sqrt(ordered))
     assert drawn.colorscale[0][1] == "#440154"  # Viridis
-    assert figure.layout.xaxis.ticktext == ("round", "round", "long")
+    # Names tell shapes of one class apart; lines are the borders of the classes.
+    assert figure.layout.xaxis.ticktext == ("a.off", "b.obj", "long")
+    assert drawn.hovertext[1][0].startswith("b.obj, a.off: ")
+    assert [line.x0 for line in figure.layout.shapes if line.x0 == line.x1] == [1.5]
     assert figure.layout.yaxis.autorange == "reversed"
     with pytest.raises(ValueError, match="only matches have alternatives"):
         found.plot(alternative=0)
