@@ -40,7 +40,7 @@ from isomatch._operations.result_files import (
     shows_dense_map,
 )
 from isomatch._operations.results import View
-from isomatch._results import Direction, Element, TransferKind
+from isomatch._results import Direction, Element, Result, TransferKind
 
 SHAPE: Final = "Path of a mesh file in the folder of this server, or the id of an uploaded shape."
 SAVE_TO: Final = (
@@ -145,7 +145,7 @@ class Tools:
                 raise ToolError(f"save_to: {file.suffix} shows a map of all vertices; set `dense`")
             first, second = await self._source(source), await self._shape(target)
             job, result = await finished(self.client.match(first, second, **parameters), context)
-            return match_answer(job.id, result, await self._save(job, file))
+            return match_answer(job.id, result, await self._save(job, result, file))
 
     async def compare(
         self,
@@ -169,7 +169,7 @@ class Tools:
             parameters = cast(DissimilarityParameters, _given(points=points))
             starting = self.client.dissimilarities(compared, labels, **parameters)
             job, result = await finished(starting, context)
-            return compare_answer(job.id, result, await self._save(job, file))
+            return compare_answer(job.id, result, await self._save(job, result, file))
 
     async def transfer(
         self,
@@ -225,7 +225,7 @@ class Tools:
                 points=landmarks or (),
             )
             job, result = await finished(starting, context)
-            return transfer_answer(job.id, result, await self._save(job, file))
+            return transfer_answer(job.id, result, await self._save(job, result, file))
 
     async def picture(
         self,
@@ -250,15 +250,18 @@ class Tools:
         check_format(file, formats)
         return file
 
-    async def _save(self, job: Any, file: Path | None) -> str | None:
+    async def _save(self, job: Any, result: Result, file: Path | None) -> str | None:
         """Write the result of a job to a new file, and return the file's name in the folder."""
         if file is None:
             return None
         try:
             with TemporaryDirectory(prefix="isomatch-") as elsewhere:
-                saved = Path(elsewhere, file.name)
-                await job.save(saved)
-                self.folder.write_new(file, saved.read_bytes())
+                content = result.held(file.suffix.lower().removeprefix("."))
+                if content is None:
+                    saved = Path(elsewhere, file.name)
+                    await job.save(saved)
+                    content = saved.read_bytes()
+                self.folder.write_new(file, content)
         except (IsomatchError, OSError, ValueError) as error:
             raise ToolError(f"job {job.id} has succeeded, but {message(error)}") from error
         return self.folder.name(file)

@@ -81,18 +81,22 @@ class Result(Answer):
         return self.to_json() if ending == "json" else None
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the result document to a JSON file, exactly as the service sent it.
+        """Write the result to a file without a request, in the format that its name ends in.
+
+        ``.json``, or no ending, is the document, exactly as the service sent it. Registrations and
+        consistent maps that were not read from a file have their arrays, too, ``.npz``.
 
         Raises
         ------
         OSError, ValueError
             The file cannot be written, or its name has another ending: :meth:`isomatch.Job.save`
-            writes other formats.
+            requests other formats.
         """
         ending = Path(path).suffix
-        if ending.lower() not in ("", ".json"):
-            raise ValueError(f"a result document is JSON, not {ending}: give .json, or job.save()")
-        Path(path).write_bytes(self.to_json())
+        content = self.held(ending.lower().removeprefix(".") or "json")
+        if content is None:
+            raise ValueError(f"the result is not held as {ending}: give .json, or use job.save()")
+        Path(path).write_bytes(content)
 
     def plot(self, *drawn: Drawable, alternative: int | None = None) -> "Figure":
         """Draw the result as an interactive plotly figure (``pip install isomatch[plot]``).

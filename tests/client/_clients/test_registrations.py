@@ -40,6 +40,12 @@ def test_registered_templates_are_arrays_and_files(
     assert found.directions.shape == (1, *FIRST.vertices.shape)
     assert found.scores.shape == (2, 1)
     np.testing.assert_allclose(found.scores[:, 0], [one.scores[0] for one in found.specimens])
+    job.save(tmp_path / "requested.npz")
+    found.save(tmp_path / "held.NPZ")
+    held, requested = (tmp_path / name for name in ("held.NPZ", "requested.npz"))
+    assert held.read_bytes() == requested.read_bytes()
+    with pytest.raises(ValueError, match=r"not held as \.ply: give \.json, or use job\.save"):
+        found.save(tmp_path / "mean.ply")
     files = found.save_meshes(tmp_path / "out")
     assert [path.name for path in files] == [
         "b.ply",

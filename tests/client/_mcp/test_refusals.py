@@ -18,6 +18,7 @@ from mcp_types import TextContent, Tool
 
 from service.http.openapi.examples import EXAMPLES
 
+TRANSFER = EXAMPLES["answers"]["get_result"]["200"]["transfer"]
 NOBODY = "http://127.0.0.1:9"
 PAIR = {"source": "a.off", "target": "b.off"}
 
@@ -95,21 +96,32 @@ def test_a_result_that_is_not_written_names_its_job(tmp_path: Path, reason: str)
 
     async def save() -> None:
         async with isomatch.AsyncClient(NOBODY) as client:
-            await Tools(client, Folder(tmp_path))._save(Job(), tmp_path / "m.csv")
+            found = isomatch.Transfer.from_json(json.dumps(TRANSFER))
+            await Tools(client, Folder(tmp_path))._save(Job(), found, tmp_path / "m.csv")
 
     with pytest.raises(ToolError, match=f"job a8ba has succeeded, but .*{reason}"):
         asyncio.run(save())
 
 
+def test_a_document_at_hand_is_not_requested_again(tmp_path: Path) -> None:
+    found = isomatch.Transfer.from_json(json.dumps(TRANSFER))
+
+    async def save() -> str | None:
+        async with isomatch.AsyncClient(NOBODY) as client:
+            return await Tools(client, Folder(tmp_path))._save(None, found, tmp_path / "t.json")
+
+    assert asyncio.run(save()) == "t.json"
+    assert (tmp_path / "t.json").read_bytes() == found.to_json()
+
+
 def test_landmarks_that_are_not_listed_are_counted() -> None:
-    example = EXAMPLES["answers"]["get_result"]["200"]["transfer"]
     point = {"vertices": [1, 2, 3], "weights": [1.0, 0.0, 0.0]}
     many = {"what": "landmarks", "rows": 0, "points": [point, None] * 30, "attributes": []}
-    found = isomatch.Transfer.from_json(json.dumps({**example, **many}))
+    found = isomatch.Transfer.from_json(json.dumps({**TRANSFER, **many}))
     answer = transfer_answer("a8ba", found, None)
     assert answer.rows == 60
     assert answer.points is not None
     assert (len(answer.points), answer.points_not_listed) == (MOST_LINES, 10)
-    values = isomatch.Transfer.from_json(json.dumps({**example, "points": None, "rows": 642}))
+    values = isomatch.Transfer.from_json(json.dumps({**TRANSFER, "points": None, "rows": 642}))
     answer = transfer_answer("a8ba", values, None)
     assert (answer.rows, answer.points, answer.points_not_listed) == (642, None, 0)

@@ -52,7 +52,7 @@ def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_p
         write(tmp_path / "document")
         assert (tmp_path / "document").read_bytes() == saved
     for save, wrong, message in (
-        (match.save, "match.csv", r"JSON, not \.csv: give \.json, or job\.save"),
+        (match.save, "match.csv", r"not held as \.csv: give \.json, or use job\.save"),
         (job.save_picture, "match.jpg", "'jpg' is none of png"),
         (job.save_arrays, "match.mat", "'mat' is none of npz"),
     ):
