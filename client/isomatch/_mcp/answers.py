@@ -1,11 +1,12 @@
 """Answers of the tools: short, and structured; arrays are in files."""
 
+from itertools import zip_longest
 from typing import Final
 
 import numpy as np
 from pydantic import BaseModel, Field
 
-from isomatch._models import Shape, SurfacePoint
+from isomatch._models import Confidence, Shape, SurfacePoint
 from isomatch._results import Dissimilarities, Match, Transfer
 
 MOST_SHAPES: Final = 12
@@ -103,6 +104,14 @@ class CompareAnswer(BaseModel):
     file: str | None
 
 
+class CarriedPoint(BaseModel):
+    """Image of a landmark."""
+
+    vertex: int = Field(description="Corner of greatest weight of the triangle on the target.")
+    position: tuple[float, ...] | None
+    confidence: float | None = Field(description="Probability that the image is about right.")
+
+
 class TransferAnswer(BaseModel):
     """What was carried; values are in the file."""
 
@@ -114,11 +123,14 @@ class TransferAnswer(BaseModel):
     attributes_not_listed: int
     on: str
     rows: int = Field(description="Number of values of each attribute, or of landmarks.")
-    points: tuple[SurfacePoint | None, ...] | None = Field(
+    points: tuple[CarriedPoint | None, ...] | None = Field(
         description=f"Images of landmarks on the target, at most {MOST_LINES}, None where one has"
         " no partner; None for values."
     )
     points_not_listed: int = Field(description="They are in the file, if `save_to` was given.")
+    confidence: Trust | None = Field(
+        description="That the match is right; None where nothing is known."
+    )
     warnings: tuple[str, ...]
     file: str | None
 
@@ -131,10 +143,6 @@ def upload_answer(shape: Shape) -> UploadAnswer:
 
 def match_answer(job: str, match: Match, file: str | None) -> MatchAnswer:
     """Return a match with its certificate and confidence, and without its arrays."""
-    sure = match.confidence
-    trust = sure and Trust(
-        probability=sure.probability, in_doubt=sure.in_doubt, reasons=sure.reasons
-    )
     return MatchAnswer(
         job=job,
         source=_named(match.source_name, match.source),
@@ -143,7 +151,7 @@ def match_answer(job: str, match: Match, file: str | None) -> MatchAnswer:
         dense=match.dense is not None,
         energy=match.energy,
         certificate=_certificate(match),
-        confidence=trust,
+        confidence=_trust(match.confidence),
         gromov_hausdorff_bound=match.gromov_hausdorff,
         overlap=None if match.overlap is None else str(match.overlap),
         unmatched=len(match.unmatched),
@@ -155,6 +163,12 @@ def match_answer(job: str, match: Match, file: str | None) -> MatchAnswer:
         seconds=match.timings.get("total", 0.0),
         file=file,
     )
+
+
+def _trust(sure: Confidence | None) -> Trust | None:
+    if sure is None:
+        return None
+    return Trust(probability=sure.probability, in_doubt=sure.in_doubt, reasons=sure.reasons)
 
 
 def _certificate(match: Match) -> Certificate:
@@ -214,10 +228,26 @@ def transfer_answer(job: str, found: Transfer, file: str | None) -> TransferAnsw
         attributes_not_listed=max(0, len(found.attributes) - MOST_LINES),
         on=found.on,
         rows=found.rows if found.points is None else len(points),
-        points=None if found.points is None else points[:MOST_LINES],
+        points=None if found.points is None else _carried(found),
         points_not_listed=max(0, len(points) - MOST_LINES),
+        confidence=_trust(found.confidence),
         warnings=found.warnings,
         file=file,
+    )
+
+
+def _carried(found: Transfer) -> tuple[CarriedPoint | None, ...]:
+    """Return the first landmarks; results of earlier versions have no confidences of them."""
+    sure = [one.confidence for one in found.landmarks or ()]
+    listed = zip_longest((found.points or ())[:MOST_LINES], sure[:MOST_LINES])
+    return tuple(None if point is None else _carried_point(point, own) for point, own in listed)
+
+
+def _carried_point(point: SurfacePoint, sure: float | None) -> CarriedPoint:
+    return CarriedPoint(
+        vertex=max(zip(point.weights, point.vertices, strict=True))[1],
+        position=None if point.position is None else tuple(map(_rounded, point.position)),
+        confidence=None if sure is None else round(sure, 2),
     )
 
 

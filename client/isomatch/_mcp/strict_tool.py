@@ -1,6 +1,7 @@
 """Tools that refuse unknown arguments, and say in plain words what is wrong with others."""
 
 import inspect
+import json
 from collections.abc import Callable, Mapping
 from types import new_class
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 from mcp.server.mcpserver import Context
 from mcp.server.mcpserver.exceptions import ToolError
 from mcp.server.mcpserver.tools import Tool
-from mcp_types import ToolAnnotations
+from mcp_types import TextContent, ToolAnnotations
 from pydantic import ValidationError
 
 
@@ -32,12 +33,17 @@ class StrictTool(Tool):
     async def run(
         self, arguments: dict[str, Any], context: Context[Any, Any], convert_result: bool = False
     ) -> Any:
-        """Check the arguments, and call the method."""
+        """Check the arguments, and call the method; texts are without indentation."""
         try:
             self.fn_metadata.validate_arguments(arguments)
         except ValidationError as error:
             raise ToolError(f"Error executing tool {self.name}: {self._said(error)}") from error
-        return await super().run(arguments, context, convert_result)
+        answer = await super().run(arguments, context, convert_result)
+        if not convert_result or answer.structured_content is None:
+            return answer
+        # The protocol's library indents the text, with one number on a line.
+        text = json.dumps(answer.structured_content, ensure_ascii=False, separators=(",", ":"))
+        return answer.model_copy(update={"content": [TextContent(type="text", text=text)]})
 
     def _said(self, error: ValidationError) -> str:
         """The paths of wrong arguments and what is wrong, without a text of pydantic."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import isomatch
 import pytest
-from isomatch._mcp.answers import MOST_LINES, transfer_answer
+from isomatch._mcp.answers import MOST_LINES, CarriedPoint, transfer_answer
 from isomatch._mcp.folder import Folder
 from isomatch._mcp.server import server
 from isomatch._mcp.tools import Tools
@@ -115,13 +115,15 @@ def test_a_document_at_hand_is_not_requested_again(tmp_path: Path) -> None:
 
 
 def test_landmarks_that_are_not_listed_are_counted() -> None:
-    point = {"vertices": [1, 2, 3], "weights": [1.0, 0.0, 0.0]}
+    point = {"vertices": [1, 2, 3], "weights": [0.0, 0.75, 0.25], "position": [1 / 3, 0.0, 2e9]}
     many = {"what": "landmarks", "rows": 0, "points": [point, None] * 30, "attributes": []}
     found = isomatch.Transfer.from_json(json.dumps({**TRANSFER, **many}))
     answer = transfer_answer("a8ba", found, None)
     assert answer.rows == 60
     assert answer.points is not None
     assert (len(answer.points), answer.points_not_listed) == (MOST_LINES, 10)
+    carried = CarriedPoint(vertex=2, position=(0.333333, 0.0, 2e9), confidence=None)
+    assert answer.points[:2] == (carried, None)
     values = isomatch.Transfer.from_json(json.dumps({**TRANSFER, "points": None, "rows": 642}))
     answer = transfer_answer("a8ba", values, None)
     assert (answer.rows, answer.points, answer.points_not_listed) == (642, None, 0)

@@ -19,7 +19,7 @@ from mcp import Client, StdioServerParameters
 from mcp_types import CallToolResult, ImageContent, TextContent
 
 from tests.client.command_line import COMMAND
-from tests.client.shapes import write_blobs
+from tests.client.shapes import blob_meshes, write_blobs
 
 QUICK = {"points": 8}
 LONG = {"points": 256, "time_limit": 600}
@@ -125,9 +125,16 @@ def test_from_meshes_to_carried_labels(url: str, folder: Path) -> None:
         assert "save_to" in refusal(await client.call_tool("transfer", arguments))
 
         arguments = {"match": match["job"], "what": "landmarks", "landmarks": [0, 7]}
-        points = answer(await client.call_tool("transfer", arguments))["points"]
-        assert len(points) == 2
-        assert all(abs(sum(point["weights"]) - 1.0) < 1e-3 for point in points)
+        result = await client.call_tool("transfer", arguments)
+        carried = answer(result)
+        assert text(result) == json.dumps(carried, ensure_ascii=False, separators=(",", ":"))
+        assert carried["confidence"] == match["confidence"]
+        assert len(carried["points"]) == 2
+        places = np.array([point["position"] for point in carried["points"]])
+        vertices = [point["vertex"] for point in carried["points"]]
+        near = blob_meshes()[1].vertices[vertices]
+        assert np.linalg.norm(places - near, axis=1).max() < 0.2
+        assert all(0.0 <= point["confidence"] <= 1.0 for point in carried["points"])
 
         (image,) = (await client.call_tool("picture", {"job": match["job"]})).content
         assert isinstance(image, ImageContent)
