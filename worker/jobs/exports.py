@@ -13,6 +13,8 @@ from broker.contracts import (
     UV,
     DissimilarityResult,
     MatchResult,
+    TransferredLandmark,
+    TransferredPoint,
     TransferResult,
 )
 from broker.store import Store
@@ -122,12 +124,7 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
         The format cannot hold an attribute.
     """
     if result.points is not None:
-        header = ("vertex1", "vertex2", "vertex3", "weight1", "weight2", "weight3")
-        missing = len(header) * ("",)
-        points = (
-            missing if one is None else (*one.vertices, *one.weights) for one in result.points
-        )
-        return _table([header, *points])
+        return _landmark_table(result.points, result.landmarks)
     painted = result.what in (TEXTURE, UV)
     if (painted and file_type in ("glb", "zip")) or (result.what, file_type) == (UV, "obj"):
         return _textured(result, file_type, store)
@@ -147,6 +144,21 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     mesh = stored_mesh(result.target, store.shapes)
     surface = WrittenSurface.of(mesh, named, _stem(result))
     return write_surface(surface, file_type)
+
+
+def _landmark_table(
+    points: Sequence[TransferredPoint | None], landmarks: Sequence[TransferredLandmark] | None
+) -> bytes:
+    """Return images of landmarks and their confidences; empty cells for what is unknown."""
+    header = ("vertex1", "vertex2", "vertex3", "weight1", "weight2", "weight3")
+    missing = len(header) * ("",)
+    # Results of earlier versions have images alone.
+    sure = [None] * len(points) if landmarks is None else [one.confidence for one in landmarks]
+    rows = (
+        (*(missing if one is None else (*one.vertices, *one.weights)), own)
+        for one, own in zip(points, sure, strict=True)
+    )
+    return _table([(*header, "confidence"), *rows])
 
 
 def _skinned(result: TransferResult, weights: Sequence[Attribute], store: Store) -> WrittenSurface:

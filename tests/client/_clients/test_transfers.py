@@ -103,12 +103,18 @@ def test_labels_of_faces(client: isomatch.Client, job_id: str, tmp_path: Path) -
         client.transfer(job_id, {"part": np.array([{}, []], dtype=object)}, what="labels")
 
 
-def test_landmarks(client: isomatch.Client, job_id: str) -> None:
+def test_landmarks(client: isomatch.Client, job_id: str, tmp_path: Path) -> None:
     found: isomatch.Match = client.job(job_id).result()
-    result = client.transfer(job_id, what="landmarks", points=[17, 203]).result()
+    job = client.transfer(job_id, what="landmarks", points=[17, 203])
+    result = job.result()
     assert result.points is not None
     assert found.dense is not None
     there = [one for one in result.points if one is not None]
+    job.save(tmp_path / "landmarks.csv")
+    header, *rows = table(tmp_path / "landmarks.csv")
+    assert header[-2:] == ["weight3", "confidence"]
+    assert result.landmarks is not None
+    assert [float(row[-1]) for row in rows] == [one.confidence for one in result.landmarks]
     np.testing.assert_array_equal(there[0].vertices, found.dense.image_faces[17])
     back = client.transfer(
         job_id, what="landmarks", direction="target_to_source", points=there
