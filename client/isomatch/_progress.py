@@ -1,6 +1,7 @@
 """Progress bars of jobs."""
 
 import threading
+from importlib import import_module
 from types import TracebackType
 from typing import Final
 
@@ -16,12 +17,14 @@ ID_SHOWN: Final = 8
 class ProgressBar:
     """A progress bar on a terminal or in a notebook; elsewhere one line for each stage.
 
+    In a notebook without ipywidgets there are lines, too, as rich draws nothing there.
+
     Jobs that are watched at once, in threads or tasks, have a bar each, one below the other.
     """
 
     def __init__(self) -> None:
         self._console = Console(stderr=True)
-        self._drawn = self._console.is_terminal or self._console.is_jupyter
+        self._drawn = self._console.is_terminal or (self._console.is_jupyter and _has_widgets())
         self._line = ""
 
     def __enter__(self) -> "ProgressBar":
@@ -54,6 +57,14 @@ class ProgressBar:
         elif line != self._line:
             self._console.print(f"{fraction:4.0%}  {line}", markup=False, highlight=False)
         self._line = line
+
+
+def _has_widgets() -> bool:
+    try:
+        import_module("ipywidgets")
+    except ImportError:
+        return False
+    return True
 
 
 class _Display:
