@@ -187,7 +187,9 @@ class Job(RecordedJob, Generic[ResultT]):
         match ``.csv`` has the pairs of matched points alone; ``.json`` and ``.npz`` have the map of
         all vertices, too, if there is one, of which ``.ply`` and ``.obj`` show the target in the
         colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the matrix. Of a
-        transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape with them.
+        transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape with them;
+        of a texture or texture coordinates ``.zip`` has OBJ with the images. Of a registration
+        ``.ply``, ``.obj`` and ``.glb`` have the mean shape.
 
         Raises
         ------

@@ -70,3 +70,9 @@ class Shape(Answer):
     view: ViewAxes = UPRIGHT
     warnings: tuple[str, ...]
     created: datetime
+
+    def __repr__(self) -> str:
+        size = f"{self.vertices} vertices, {self.faces} faces"
+        return f"<Shape {self.id} {self.name!r} of {size}>"
+
+    __str__ = __repr__

@@ -1,7 +1,9 @@
 """Short representations of what has large arrays."""
 
 import numpy as np
-from isomatch import CarriedLandmarks, Geometry, LandmarkSet, PrototypePoints
+from isomatch import CarriedLandmarks, Geometry, LandmarkSet, PrototypePoints, Shape
+
+from service.http.openapi.examples import EXAMPLES
 
 MANY = np.zeros((1000, 3))
 SURFACE = Geometry(MANY, np.zeros((1996, 3), dtype=np.int64), np.arange(1000), None)
@@ -11,6 +13,12 @@ def test_surfaces_and_prototypes() -> None:
     assert repr(SURFACE) == str(SURFACE) == "<Geometry of 1000 vertices and 1996 triangles>"
     points = PrototypePoints(MANY, np.arange(1000), np.eye(1000), np.eye(1000), SURFACE)
     assert repr(points) == str(points) == "<PrototypePoints of 1000 points>"
+
+
+def test_shapes() -> None:
+    shape = Shape.model_validate(EXAMPLES["answers"]["get_shape"]["200"]["example"])
+    shown = f"<Shape {shape.id} 'cat0.off' of {shape.vertices} vertices, {shape.faces} faces>"
+    assert repr(shape) == str(shape) == shown
 
 
 def test_landmarks() -> None:
