@@ -310,7 +310,7 @@ def test_landmarks_at_no_vertex_are_refused_and_those_without_an_image_missing(
     arrays = arrays_of(http, job)
     assert arrays["vertices"][0].tolist() == [-1, -1, -1]
     assert np.isnan(arrays["weights"]).tolist() == [[True] * 3, [False] * 3]
-    assert export(http, job, "csv").text.splitlines()[1] == ",,,,,"
+    assert export(http, job, "csv").text.splitlines()[1] == ",,,,,,"
     alone = carried(http, again, what="landmarks", points=[COUNT])
     assert http.get(alone["links"]["result"]).json()["points"] == [None]
 
