@@ -3,6 +3,7 @@
 import warnings
 from typing import Protocol, TypeAlias, runtime_checkable
 
+import numpy as np
 import numpy.typing as npt
 
 from isomatch._http import UploadFile
@@ -93,4 +94,4 @@ def _colors(source: MeshObject) -> npt.ArrayLike | None:
 
 
 def _given(colors: npt.ArrayLike | None) -> npt.ArrayLike | None:
-    return None if colors is None or not len(colors) else colors  # type: ignore[arg-type]
+    return None if colors is None or not np.size(colors) else colors
