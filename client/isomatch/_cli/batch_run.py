@@ -1,6 +1,5 @@
 """Matches of one source with several targets, as one job: a file for each in a folder."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import NoReturn
 import typer
 
 from isomatch._cli import render
-from isomatch._cli.exit_codes import REFUSED, no_service, problem_document
+from isomatch._cli.exit_codes import REFUSED, no_service, problem_document, report
 from isomatch._cli.job_runs import cancelled_by_interrupt
 from isomatch._cli.output_files import files_given, names_folder, output_folder_given
 from isomatch._clients import Client, Job
@@ -152,18 +151,10 @@ def _written(job: Job[Batch], targets: Sequence[str], output: MatchFolder, as_js
             if no_service(error) or isinstance(error, Unauthorized):
                 raise
             failed = True
-            _report(error, file, match.id, as_json)
+            message = f"{file}: {error} (job {match.id})"
+            document = problem_document(error, message) | {"file": str(file), "job": match.id}
+            report(document, f"isomatch: {message}", as_json)
     return failed
-
-
-def _report(error: Exception, file: Path, job_id: str, as_json: bool) -> None:
-    """Print why a file was not written, and which job has its result."""
-    message = f"{file}: {error} (job {job_id})"
-    if as_json:
-        document = problem_document(error, message) | {"file": str(file), "job": job_id}
-        typer.echo(json.dumps(document), err=True)
-    else:
-        typer.echo(f"isomatch: {message}", err=True)
 
 
 def _refuse(message: str, option: str) -> NoReturn:

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final, NoReturn
@@ -55,16 +55,18 @@ def connected(url: str, as_json: bool = False) -> Iterator[Client]:
 
 
 def _report_interrupt(consequence: str, as_json: bool) -> None:
-    """Print that Ctrl-C ended the command, and what became of its job, if it had one."""
-    if as_json:
-        document = {
-            "type": "urn:isomatch:client:interrupted",
-            "title": "Interrupted",
-            "detail": consequence or "interrupted",
-        }
-        typer.echo(json.dumps(document), err=True)
-    else:
-        typer.echo("\n".join([*filter(None, [consequence]), "interrupted"]), err=True)
+    """Report that Ctrl-C ended the command, and what became of its job, if it had one."""
+    document = {
+        "type": "urn:isomatch:client:interrupted",
+        "title": "Interrupted",
+        "detail": consequence or "interrupted",
+    }
+    report(document, "\n".join([*filter(None, [consequence]), "interrupted"]), as_json)
+
+
+def report(document: Mapping[str, object], text: str, as_json: bool) -> None:
+    """Print an error on the standard error, as a problem document or as text."""
+    typer.echo(json.dumps(document) if as_json else text, err=True)
 
 
 class Left(typer.Exit):
@@ -99,12 +101,9 @@ def leave(
         message += " (set the environment variable ISOMATCH_API_KEY)"
     if (path := urlsplit(url).path.strip("/")) and _is_elsewhere(error):
         message += f" (is /{path} part of the address? --url is that of the service alone)"
-    if as_json:
-        document = problem_document(error, message)
-        named = {} if file is None else {"file": file}
-        typer.echo(json.dumps(document | named), err=True)
-    else:
-        typer.echo(f"isomatch: {' '.join(message.split())}", err=True)
+    named = {} if file is None else {"file": file}
+    text = f"isomatch: {' '.join(message.split())}"
+    report(problem_document(error, message) | named, text, as_json)
     code = REFUSED
     if no_service(error):
         code = NO_SERVICE

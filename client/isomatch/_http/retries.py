@@ -1,5 +1,6 @@
 """Repetition of calls that failed or met a busy service, with exponential back-off."""
 
+import math
 import random
 import time
 from dataclasses import dataclass, field
@@ -45,10 +46,13 @@ class Failures:
         Greatest number of repetitions.
     outage
         Seconds since the first failure for which it is repeated nevertheless.
+    deadline
+        Time of `time.monotonic` from which it is not repeated.
     """
 
     retries: int
     outage: float = 0.0
+    deadline: float = math.inf
     _count: int = field(default=0, init=False)
     _first: float = field(default=0.0, init=False)
 
@@ -63,17 +67,21 @@ class Failures:
 
     def exhausted(self) -> bool:
         """Count a failure; true if it is the last one."""
+        now = time.monotonic()
         if self._count == 0:
-            self._first = time.monotonic()
+            self._first = now
         self._count += 1
+        if now >= self.deadline:
+            return True
         if self._count <= self.retries:
             return False
-        return self.retries == 0 or time.monotonic() - self._first >= self.outage
+        return self.retries == 0 or now - self._first >= self.outage
 
-    def pause(self) -> float:
-        """Return the seconds to wait before the next attempt."""
+    def pause(self, requested: float = 0.0) -> float:
+        """Return the seconds to wait before the next attempt, `requested` or more if there are."""
         longest = LONGEST_PAUSE if self._count <= self.retries else _LONGEST_PAUSE_OF_OUTAGE
-        return min(back_off(max(self._count - 1, 0)), longest)
+        wanted = max(requested, min(back_off(max(self._count - 1, 0)), longest))
+        return min(wanted, max(self.deadline - time.monotonic(), 0.0))
 
 
 def with_retries(operation: Operation[ResultT], retries: int) -> Operation[ResultT]:
@@ -112,17 +120,17 @@ def with_retries(operation: Operation[ResultT], retries: int) -> Operation[Resul
 
 
 def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
-    failures, sent = Failures(retries, call.outage), False
+    failures, sent = Failures(retries, call.outage, call.deadline), False
     while True:
         try:
             response = yield call
         except httpx2.TransportError as error:
             sent |= not isinstance(error, _NEVER_SENT)
-            if failures.exhausted() or time.monotonic() >= call.deadline:
+            if failures.exhausted():
                 failed = ConnectionFailed(failure_message(error, call))
                 failed.sent = sent
                 raise failed from error
-            yield _pause(failures.pause(), call)
+            yield Pause(failures.pause())
         else:
             assert response is not None
             if call.deletes and failures.repeated and response.status_code in _GONE:
@@ -130,13 +138,9 @@ def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
             requested = retry_after(response) or 0.0
             if response.status_code not in BUSY or requested > LONGEST_PAUSE:
                 return response
-            if failures.exhausted() or time.monotonic() >= call.deadline:
+            if failures.exhausted():
                 return response
-            yield _pause(max(requested, failures.pause()), call)
-
-
-def _pause(seconds: float, call: Call) -> Pause:
-    return Pause(min(seconds, max(call.deadline - time.monotonic(), 0.0)))
+            yield Pause(failures.pause(requested))
 
 
 def back_off(attempt: int) -> float:

@@ -203,7 +203,7 @@ def _followed(job_id: str, failures: Failures) -> Stream[JobRecord]:
             assert isinstance(response, httpx2.Response)
             if response.status_code in BUSY and not failures.exhausted():
                 requested = min(retry_after(response) or 0.0, LONGEST_PAUSE)
-                yield Pause(max(requested, failures.pause()))
+                yield Pause(failures.pause(requested))
                 continue
             checked_stream(response)
             answered = False

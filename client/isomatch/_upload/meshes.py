@@ -12,14 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from isomatch._http import UploadFile
-from isomatch._upload.mesh_objects import (
-    CloudLike,
-    MeshLike,
-    MeshObject,
-    TrianglesLike,
-    is_scene,
-    object_file,
-)
+from isomatch._upload.mesh_objects import MeshObject, is_scene, object_file
 from isomatch._upload.ply import binary_ply, points_ply
 
 FileSource: TypeAlias = str | os.PathLike[str] | bytes | bytearray | memoryview | BinaryIO
@@ -72,7 +65,7 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Uplo
         yield UploadFile("points.ply", points_ply(source))
     elif isinstance(source, tuple):
         yield _file_of_arrays(source)
-    elif isinstance(source, MeshLike | TrianglesLike | CloudLike):
+    elif isinstance(source, MeshObject):
         yield object_file(source)
     elif is_scene(source):
         raise TypeError("a scene has several meshes: to upload them as one, use scene.to_mesh()")
