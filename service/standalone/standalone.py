@@ -1,6 +1,7 @@
 """The whole service on one machine: private Redis, workers and API, started and stopped together.
 
-If ``ISOMATCH_REDIS_URL`` names a Redis, only the API runs, with ``ISOMATCH_WORKERS`` workers.
+If ``ISOMATCH_REDIS_URL`` names a Redis, only the API runs, with ``ISOMATCH_WORKERS`` workers. It
+waits for that Redis, and answers calls with 503 until then.
 """
 
 import asyncio
@@ -106,10 +107,8 @@ async def _run(
         ready = asyncio.create_task(_ready(settings, server, queue, pool))
         await asyncio.wait({ready, serving, stopping}, return_when=asyncio.FIRST_COMPLETED)
         if ready.done():
-            alive = ready.result()
+            ready.result()
             print(f"isomatch listens on {_url(listener)}", flush=True)
-            if alive == 0:
-                log.warning("no worker is running; `python -m worker` starts one")
         else:
             ready.cancel()
         await asyncio.wait({serving, stopping, tending}, return_when=asyncio.FIRST_COMPLETED)
@@ -143,20 +142,26 @@ async def _tend(pool: WorkerPool, redis: EmbeddedServer | None) -> None:
 
 async def _ready(
     settings: Settings, server: uvicorn.Server, queue: JobQueue, pool: WorkerPool
-) -> int:
-    """Wait for the server and its workers; return how many are alive."""
-    while not server.started or (alive := _alive(queue)) < settings.worker_count:
-        if pool.early_deaths >= MOST_EARLY_DEATHS:
-            raise StartError("the workers die as soon as they start; the log above has the cause")
-        await asyncio.sleep(0.05)
-    return alive
-
-
-def _alive(queue: JobQueue) -> int:
+) -> None:
+    """Wait for the server and, while Redis answers, for its workers."""
     try:
-        return queue.workers()
+        while (
+            not server.started
+            or (alive := await asyncio.to_thread(queue.workers)) < settings.worker_count
+        ):
+            if pool.early_deaths >= MOST_EARLY_DEATHS:
+                raise StartError(
+                    "the workers die as soon as they start; the log above has the cause"
+                )
+            await asyncio.sleep(0.05)
     except RedisError as error:
-        raise StartError(f"no Redis answers at ISOMATCH_REDIS_URL: {error}") from error
+        log.warning(
+            "Redis does not answer yet, and will be waited for (ISOMATCH_REDIS_URL)",
+            error=str(error),
+        )
+        return
+    if alive == 0:
+        log.warning("no worker is running; `python -m worker` starts one")
 
 
 @contextlib.asynccontextmanager

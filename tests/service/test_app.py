@@ -7,7 +7,8 @@ import signal
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import httpx2
@@ -340,17 +341,51 @@ def test_a_worker_that_cannot_start_says_why_in_a_line(settings: dict[str, str])
     assert len(said.stderr.splitlines()) == 1
 
 
-def test_a_store_that_nobody_runs_is_named(tmp_path: Path) -> None:
-    nobody = f"unix://{tmp_path}/nobody.sock"
+@contextmanager
+def running_service(log: Path, **settings: str) -> Iterator[httpx2.Client]:
+    """Run the service in a process of its own, and connect to it when it listens."""
+    with (
+        log.open("wb") as stderr,
+        subprocess.Popen(
+            [sys.executable, "-m", "service", "--port", "0"],
+            cwd=ROOT,
+            env={**os.environ, **settings},
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            text=True,
+        ) as process,
+    ):
+        assert process.stdout is not None
+        try:
+            line = process.stdout.readline()
+            assert line.startswith("isomatch listens on "), log.read_text()
+            with httpx2.Client(base_url=line.split()[-1], timeout=60.0) as http:
+                yield http
+        finally:
+            process.terminate()
+
+
+def test_a_store_that_starts_later_is_waited_for(tmp_path: Path) -> None:
+    log, later = tmp_path / "log", EmbeddedServer(tmp_path / "redis")
     settings = {
+        "ISOMATCH_REDIS_URL": later.url,
         "ISOMATCH_BLOB_URL": blob_url(tmp_path),
         "ISOMATCH_REDIS_PATIENCE": "0.2",
-        "ISOMATCH_PORT": "0",
+        "ISOMATCH_HEARTBEAT": "1",
+        "ISOMATCH_READY_WORKERS": "0",
     }
-    said = started("service", ISOMATCH_REDIS_URL=nobody, **settings)
-    assert said.returncode == 1
-    assert "isomatch: no Redis answers at ISOMATCH_REDIS_URL" in said.stderr
-    assert "Traceback" not in said.stderr
+    with running_service(log, **settings) as http:
+        assert http.get("/health/live").status_code == 200
+        problem(http.get("/v1/jobs"), 503, "store-away")
+        (waiting,) = [line for line in log.read_text().splitlines() if "waited for" in line]
+        assert later.url.removeprefix("unix://") in json.loads(waiting)["error"]
+        later.start()
+        try:
+            until(lambda: http.get("/health/ready").status_code == 200)
+            until(lambda: http.get("/v1/jobs").status_code == 200)
+        finally:
+            later.stop()
+    assert "Traceback" not in log.read_text()
 
 
 def test_empty_settings_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
