@@ -14,7 +14,7 @@ from starlette.concurrency import run_in_threadpool
 
 from broker.blobs import BlobError
 from broker.queue import JobQueue
-from broker.store import Store, have_ended
+from broker.store import Store, have_ended, possible_losses
 from broker.telemetry import logger
 from broker.tracing import exporting
 from broker.upkeep import OrphanSweep, Upkeep
@@ -172,6 +172,8 @@ def _lifespan(
                 (KEYS_INTERVAL, partial(ring.refresh, store.api_keys)),
             )
         ]
+        warn = partial(_warn_of_losses, store)
+        tasks.append(asyncio.create_task(_once(settings.heartbeat, warn)))
         watchers = ends, followed
         tasks += [asyncio.create_task(watcher.run()) for watcher in watchers]
         tasks.append(asyncio.create_task(_close(closing, watchers)))
@@ -194,14 +196,31 @@ async def _close(closing: asyncio.Event, watchers: Sequence[Watcher[Any, Any]]) 
         watcher.close()
 
 
+def _warn_of_losses(store: Store) -> None:
+    for loss in possible_losses(store.client):
+        log.warning(loss)
+
+
 async def _regularly(interval: float, task: Callable[[], object]) -> None:
     while True:
-        try:
-            await run_in_threadpool(task)
-        except RedisError as error:
-            log.warning("periodic task postponed: the store cannot be reached", error=str(error))
-        except BlobError as error:
-            log.warning("periodic task postponed: blobs cannot be swept", error=str(error))
-        except Exception:
-            log.exception("periodic task failed")
+        await _succeeds(task)
         await asyncio.sleep(interval)
+
+
+async def _once(interval: float, task: Callable[[], object]) -> None:
+    while not await _succeeds(task):
+        await asyncio.sleep(interval)
+
+
+async def _succeeds(task: Callable[[], object]) -> bool:
+    try:
+        await run_in_threadpool(task)
+    except RedisError as error:
+        log.warning("periodic task postponed: the store cannot be reached", error=str(error))
+    except BlobError as error:
+        log.warning("periodic task postponed: blobs cannot be swept", error=str(error))
+    except Exception:
+        log.exception("periodic task failed")
+    else:
+        return True
+    return False

@@ -25,7 +25,15 @@ from broker.store.connections import (
     server_time,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
-from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLost
+from broker.store.durability import (
+    LEAST_WAIT,
+    Durability,
+    EvictsRecords,
+    NotOnDisk,
+    RecordLost,
+    check_eviction,
+    possible_losses,
+)
 from broker.store.jobs import ActiveJob, Jobs
 from broker.store.keys import DEFAULT_KEYS, PREFIX, Keys
 from broker.store.leases import renewed
@@ -63,6 +71,7 @@ __all__ = [
     "CounterValues",
     "Counters",
     "Durability",
+    "EvictsRecords",
     "Histogram",
     "InvalidCursor",
     "Jobs",
@@ -93,10 +102,12 @@ __all__ = [
     "Uploads",
     "Webhooks",
     "are_running",
+    "check_eviction",
     "connect",
     "have_ended",
     "memory",
     "pieces",
+    "possible_losses",
     "renewed",
     "server_time",
     "signs",
@@ -252,16 +263,19 @@ class Store(TenantData):
             return dict(zip(tenants, pipe.execute(), strict=True))
 
     def check(self) -> None:
-        """Check that Redis and the blob store answer and accept writes.
+        """Check that Redis and the blob store answer and accept writes, and keep them.
 
         Raises
         ------
         RedisError
             Redis does not answer, is full, or is a replica.
+        EvictsRecords
+            Redis deletes records when it is full.
         BlobError
             The blob store does not answer, is full, or is that of another Redis.
         """
         self.client.set(Keys.READY, b"", ex=60)
+        check_eviction(self.client)
         self.blobs.check()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Waiting until what was accepted is on the disk of Redis.
+"""Promises of the queue's Redis: records are kept, and on its disk before they are accepted.
 
 Redis answers before its append-only file is on the disk (``appendfsync everysec``), and where the
 disk is busy before it is written at all. ``WAITAOF`` (Redis 7.2, Valkey) waits until it is; with
@@ -6,7 +6,7 @@ disk is busy before it is written at all. ``WAITAOF`` (Redis 7.2, Valkey) waits 
 """
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from redis import Redis
 from redis.exceptions import RedisError, ResponseError
@@ -29,6 +29,61 @@ class NotOnDisk(RedisError):
 
 class RecordLost(NotOnDisk):
     """The record is not there: Redis was restarted and has lost it, or it was deleted."""
+
+
+class EvictsRecords(RedisError):
+    """Redis is set to delete records when its memory is full."""
+
+
+def check_eviction(client: Redis) -> None:
+    """Check that a Redis keeps records when its memory is full.
+
+    Parameters
+    ----------
+    client
+        Connection to the Redis of the queue.
+
+    Raises
+    ------
+    EvictsRecords
+        It has a limit, and an eviction policy. One that does not tell its policy passes.
+    """
+    memory = _info(client, "memory")
+    policy = memory.get("maxmemory_policy", "noeviction")
+    if memory.get("maxmemory") and policy != "noeviction":
+        raise EvictsRecords(
+            "The Redis at ISOMATCH_REDIS_URL deletes records when its memory is full: its"
+            f" maxmemory-policy is {policy}; set it to noeviction."
+        )
+
+
+def possible_losses(client: Redis) -> list[str]:
+    """Return how a Redis, by its settings, may lose what was accepted: a sentence for each way.
+
+    Parameters
+    ----------
+    client
+        Connection to the Redis of the queue.
+    """
+    found = []
+    try:
+        check_eviction(client)
+    except EvictsRecords as error:
+        found.append(str(error))
+    if _info(client, "persistence").get("aof_enabled") == 0:
+        found.append(
+            "The Redis at ISOMATCH_REDIS_URL keeps no append-only file, and loses accepted jobs"
+            " when it restarts; set its appendonly to yes."
+        )
+    return found
+
+
+def _info(client: Redis, section: str) -> dict[str, Any]:
+    try:
+        told: dict[str, Any] = client.info(section)
+    except ResponseError:
+        return {}  # a managed server may permit other commands only
+    return told
 
 
 @dataclass(frozen=True)

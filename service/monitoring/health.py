@@ -7,6 +7,7 @@ from pydantic import BaseModel, Field
 from redis.exceptions import ResponseError
 
 from broker.blobs import BlobError
+from broker.store import EvictsRecords
 from service.dependencies import ServiceOf
 from service.http import NotReady, responses
 from service.release import VERSION
@@ -41,6 +42,8 @@ def ready(service: ServiceOf) -> Readiness:
         raise NotReady("The service is stopping.")
     try:
         service.store.check()
+    except EvictsRecords as error:
+        raise NotReady(str(error)) from error
     except ResponseError as error:
         raise NotReady(f"The store refuses writes: {error}") from error
     except BlobError as error:

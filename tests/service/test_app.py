@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,7 +17,7 @@ import pytest
 from openapi_schema_validator import OAS31Validator, oas31_format_checker
 from openapi_spec_validator import validate
 
-from broker.store import DEFAULT_KEYS
+from broker.store import DEFAULT_KEYS, connect
 from service.http.openapi import headers
 from service.release import VERSION
 from service.settings import Settings
@@ -386,6 +387,21 @@ def test_a_store_that_starts_later_is_waited_for(tmp_path: Path) -> None:
         finally:
             later.stop()
     assert "Traceback" not in log.read_text()
+
+
+def test_a_store_without_a_file_is_told_once(tmp_path: Path) -> None:
+    log, own = tmp_path / "log", EmbeddedServer(tmp_path / "redis")
+    own.start()
+    try:
+        with connect(own.url, retry_seconds=5) as client:
+            client.config_set("appendonly", "no")
+        stores = {"ISOMATCH_REDIS_URL": own.url, "ISOMATCH_BLOB_URL": blob_url(tmp_path)}
+        with running_service(log, ISOMATCH_HEARTBEAT="1", **stores):
+            until(lambda: "no append-only file" in log.read_text())
+            time.sleep(2)  # two heartbeats
+    finally:
+        own.stop()
+    assert log.read_text().count("no append-only file") == 1
 
 
 def test_empty_settings_are_none(monkeypatch: pytest.MonkeyPatch) -> None:

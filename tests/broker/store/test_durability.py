@@ -1,4 +1,4 @@
-"""Waiting for the disk of Redis: that it is written, is not in time, or makes no promise."""
+"""Promises of Redis: the disk is written, or not in time; records are evicted, or not on disk."""
 
 import os
 import signal
@@ -10,7 +10,14 @@ from pathlib import Path
 import pytest
 from redis.exceptions import RedisError
 
-from broker.store import Durability, NotOnDisk, connect
+from broker.store import (
+    Durability,
+    EvictsRecords,
+    NotOnDisk,
+    check_eviction,
+    connect,
+    possible_losses,
+)
 from service.standalone import EmbeddedServer
 
 
@@ -79,3 +86,35 @@ def test_a_redis_that_restarts_meanwhile_is_asked_again(own: EmbeddedServer) -> 
         own.start()
         waiting.join()
         assert client.exists("record")
+
+
+@pytest.mark.parametrize("policy", ["allkeys-lru", "volatile-ttl"])
+def test_a_redis_that_deletes_records_when_it_is_full(own: EmbeddedServer, policy: str) -> None:
+    with connect(own.url, retry_seconds=5) as client:
+        client.config_set("maxmemory-policy", policy)
+        check_eviction(client)
+        assert possible_losses(client) == [], "without a limit it is never full"
+        client.config_set("maxmemory", 2**30)
+        with pytest.raises(EvictsRecords, match=f"policy is {policy}; set it to noeviction"):
+            check_eviction(client)
+        (loss,) = possible_losses(client)
+        assert policy in loss
+        client.config_set("maxmemory-policy", "noeviction")
+        check_eviction(client)
+        assert possible_losses(client) == []
+
+
+def test_a_redis_without_a_file_is_told(own: EmbeddedServer) -> None:
+    with connect(own.url, retry_seconds=5) as client:
+        client.config_set("appendonly", "no")
+        (loss,) = possible_losses(client)
+        assert "no append-only file" in loss
+
+
+def test_a_redis_that_does_not_tell_its_settings_passes(own: EmbeddedServer) -> None:
+    with connect(own.url, retry_seconds=5) as client:
+        client.config_set("maxmemory", 2**30)
+        client.config_set("maxmemory-policy", "allkeys-lru")
+        client.acl_setuser("default", enabled=True, commands=["-info"])
+        check_eviction(client)
+        assert possible_losses(client) == []

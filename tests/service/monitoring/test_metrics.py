@@ -258,3 +258,18 @@ def test_a_store_that_is_full_is_not_ready(idle: tuple[httpx2.Client, Api]) -> N
     finally:
         api.store.client.config_set("maxmemory", 0)
     assert http.get("/health/ready").status_code == 200
+
+
+def test_a_store_that_evicts_is_not_ready(idle: tuple[httpx2.Client, Api]) -> None:
+    http, api = idle
+    heartbeat(api, timedelta(0))
+    api.store.client.config_set("maxmemory", 2**30)
+    assert http.get("/health/ready").status_code == 200
+    api.store.client.config_set("maxmemory-policy", "allkeys-lru")
+    try:
+        document = problem(http.get("/health/ready"), 503, "not-ready")
+        assert "maxmemory-policy is allkeys-lru" in document["detail"]
+    finally:
+        api.store.client.config_set("maxmemory-policy", "noeviction")
+        api.store.client.config_set("maxmemory", 0)
+    assert http.get("/health/ready").status_code == 200
