@@ -23,6 +23,7 @@ OBJECT_STORAGE = (
     "AWS_REGION",
     "AWS_ACCESS_KEY_ID",
     "AWS_SECRET_ACCESS_KEY",
+    "AWS_SESSION_TOKEN",
 )
 """Variables that the library of object storage reads itself."""
 

@@ -60,6 +60,12 @@ def test_settings_have_the_names_that_are_read() -> None:
     assert {*same, *OBJECT_STORAGE, "ISOMATCH_JOB_TIMEOUT"} <= dict(agreed).keys()
 
 
+def test_what_is_not_set_of_object_storage_stays_unset() -> None:
+    for name in ("api", "worker"):
+        # Null is passed on as it is outside; "" would be a key, or an address, of its own.
+        assert {SERVICES[name]["environment"][variable] for variable in OBJECT_STORAGE} == {None}
+
+
 def test_who_may_call_and_what_tenants_may_have_reaches_the_containers() -> None:
     quotas = {"ISOMATCH_TENANT_SHAPES", "ISOMATCH_TENANT_BYTES", "ISOMATCH_TENANT_JOBS"}
     api, worker = (set(SERVICES[name]["environment"]) for name in ("api", "worker"))
