@@ -1,6 +1,7 @@
 """The operations guide says of every setting what is so, and names nothing that is not there."""
 
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -63,3 +64,11 @@ def test_whatever_is_named_is_there() -> None:
         if variable.startswith("ISOMATCH_JOB"):
             continue
         assert f"${{{variable}:-{default}}}" in COMPOSE.read_text(), variable
+
+
+@pytest.mark.skipif(not (ROOT / ".git").exists(), reason="needs a checkout")
+@pytest.mark.parametrize("name", ["docker/.env", "pip.conf", "queue.tar", "blobs.tar"])
+def test_secrets_and_data_that_it_has_one_write_are_not_committed(name: str) -> None:
+    assert name in GUIDE
+    ignored = subprocess.run(["git", "check-ignore", "--quiet", name], cwd=ROOT, check=False)
+    assert ignored.returncode == 0
