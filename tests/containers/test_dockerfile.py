@@ -13,6 +13,7 @@ import pytest
 
 from service.settings import Settings
 from tests.containers.manifests import DOCKER, ROOT, settings_names, stages
+from tests.waiting import until
 from worker.settings import WorkerSettings
 
 TARGETS = ("api", "worker")
@@ -55,6 +56,22 @@ def test_what_is_run_is_there() -> None:
         assert (ROOT / f"{module.replace('.', '/')}.py").exists() or (
             ROOT / module / "__main__.py"
         ).exists()
+
+
+def test_a_worker_that_is_stopped_while_it_copies_its_kernels_leaves(tmp_path: Path) -> None:
+    for name, script in (("cp", "touch begun; sleep 2"), ("python", "touch started")):
+        (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
+        (tmp_path / name).chmod(0o755)
+    path = f"{tmp_path}:{os.environ['PATH']}"
+    with subprocess.Popen(
+        [DOCKER / "start-worker"],
+        cwd=tmp_path,
+        env={"PATH": path, "CACHE": str(tmp_path / "cache")},
+    ) as starting:
+        until((tmp_path / "begun").exists)
+        starting.terminate()
+    assert starting.returncode == 0
+    assert not (tmp_path / "started").exists()
 
 
 def test_settings_have_the_names_that_are_read() -> None:
