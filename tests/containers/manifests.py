@@ -1,5 +1,6 @@
 """What is in ``docker/``, read as the tools that use it read it."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,6 +67,12 @@ def objects() -> list[Json]:
     ]
 
 
+def secret() -> dict[str, str]:
+    """Keys and values of the secret `isomatch`, as the operations guide has one create it."""
+    guide = (ROOT / "docs" / "operations.md").read_text()
+    return dict(re.findall(r"--from-literal=(\S+?)=(\S+)", guide))
+
+
 @dataclass(frozen=True)
 class Pod:
     """A template of pods.
@@ -102,6 +109,10 @@ class Pod:
         for variable in self.container.get("env", ()):
             yield variable["name"]
         for source in self.container.get("envFrom", ()):
+            if "secretRef" in source:
+                assert source["secretRef"]["name"] == "isomatch"
+                yield from secret()
+                continue
             (settings,) = [
                 each
                 for each in objects()

@@ -1,5 +1,6 @@
 """The manifests for Kubernetes: confined pods, honest probes, no busy worker that is stopped."""
 
+import re
 import subprocess
 from pathlib import Path
 from shutil import which
@@ -19,6 +20,7 @@ from tests.containers.manifests import (
     Pod,
     objects,
     pods,
+    secret,
     settings_names,
 )
 from worker.settings import WorkerSettings
@@ -93,24 +95,25 @@ def test_settings_have_the_names_that_are_read() -> None:
     for name in (*OURS, "isomatch-burst"):
         found = set(PODS[name].environment())
         assert found <= read
-        assert "ISOMATCH_BLOB_URL" in found
+        assert {"ISOMATCH_REDIS_URL", "ISOMATCH_CACHE_URL", "ISOMATCH_BLOB_URL"} <= found
+        # What a pod sets itself cannot be changed in the ConfigMap or the secret.
+        fixed = {variable["name"] for variable in PODS[name].container.get("env", ())}
+        assert fixed <= {"ISOMATCH_AUTH", "ISOMATCH_DRAIN_SECONDS"}
 
 
 def test_secrets_are_named_and_not_told() -> None:
     assert not of_kind("Secret")
-    for pod in PODS.values():
-        for variable in pod.container["env"]:
-            if "PASSWORD" in variable["name"] or "KEY" in variable["name"]:
-                assert variable["valueFrom"]["secretKeyRef"]["name"] == "isomatch"
+    named = re.findall(r"key: (\S+?)\}", "".join(f.read_text() for f in KUBERNETES.rglob("*.yaml")))
+    # The password of both stores, for each of them and for KEDA.
+    assert named == ["REDIS_PASSWORD"] * 3
+    assert "REDIS_PASSWORD" in secret()
 
 
 def test_addresses_are_those_of_services() -> None:
     services = {each["metadata"]["name"]: each["spec"] for each in of_kind("Service")}
-    for pod in PODS.values():
-        for variable in pod.container["env"]:
-            if variable["name"].endswith("_URL"):
-                host, port = variable["value"].split("@")[1].split("/")[0].split(":")
-                assert services[host]["ports"][0]["port"] == int(port)
+    for name in ("ISOMATCH_REDIS_URL", "ISOMATCH_CACHE_URL"):
+        host, port = secret()[name].split("@")[1].split("/")[0].split(":")
+        assert services[host]["ports"][0]["port"] == int(port)
     for service in services.values():
         (chosen,) = [
             pod for pod in PODS.values() if service["selector"].items() <= pod.labels.items()
