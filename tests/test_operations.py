@@ -1,5 +1,6 @@
 """The operations guide says of every setting what is so, and names nothing that is not there."""
 
+import os
 import re
 import subprocess
 from pathlib import Path
@@ -72,3 +73,19 @@ def test_secrets_and_data_that_it_has_one_write_are_not_committed(name: str) -> 
     assert name in GUIDE
     ignored = subprocess.run(["git", "check-ignore", "--quiet", name], cwd=ROOT, check=False)
     assert ignored.returncode == 0
+
+
+def test_a_backup_that_fails_leaves_rewriting_switched_on(tmp_path: Path) -> None:
+    docker = tmp_path / "docker"
+    docker.write_text('#!/bin/sh\necho "$*" >> asked\n! echo "$*" | grep -q appendonlydir\n')
+    docker.chmod(0o755)
+    (commands,) = re.findall(r"(?ms)^### Backup$.*?^```sh\n(.*?)^```$", GUIDE)
+    path = f"{tmp_path}:{os.environ['PATH']}"
+    for shell in ("sh", "bash"):
+        (tmp_path / "asked").unlink(missing_ok=True)
+        script = [shell, "-e", "-c", commands]
+        done = subprocess.run(script, cwd=tmp_path, env={"PATH": path}, check=False)
+        assert done.returncode
+        _, copy, last = (tmp_path / "asked").read_text().splitlines()
+        assert "appendonlydir" in copy
+        assert last.endswith("config set auto-aof-rewrite-percentage 100")

@@ -25,6 +25,7 @@ from tests.containers.engine import Engine, running_engine
 from tests.containers.images import build, provide_bases
 from tests.containers.installation import PASSWORD, PORT, SETTINGS, Installation
 from tests.containers.manifests import ROOT
+from tests.docs.blocks import statements
 from tests.requests import ask, upload
 from tests.waiting import until
 from tests.worker.figures import blob_file
@@ -75,8 +76,8 @@ def run_docs(service: Installation, title: str, folder: Path) -> None:
     section = text.split(f"\n{title}\n", 1)[1].split("\n#", 1)[0]
     commands = "\n".join(re.findall(r"(?ms)^```sh\n(.*?)^```$", section))
     assert "docker compose" in commands
-    for line in commands.splitlines():
-        service.shell(line, folder)
+    for statement in statements(commands):
+        service.shell(statement, folder)
 
 
 def test_images(images: Engine) -> None:

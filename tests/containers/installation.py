@@ -43,10 +43,10 @@ class Installation:
             command += ["--file", str(DOCKER / "compose.remote.yaml")]
         return self.engine.run([*command, *arguments], seconds, SETTINGS)
 
-    def shell(self, line: str, folder: Path) -> None:
-        """Run a line of the operations guide in a folder, against this installation."""
+    def shell(self, statement: str, folder: Path) -> None:
+        """Run a statement of the operations guide in a folder, against this installation."""
         ours = " ".join([*self.engine.composer(), "--project-name", PROJECT, "-f", str(COMPOSE)])
-        command = line.replace("docker compose -f docker/compose.yaml", ours)
+        command = statement.replace("docker compose -f docker/compose.yaml", ours)
         self.engine.run(["sh", "-c", f"cd '{folder}' && {command}"], 300, SETTINGS)
 
     def up(self, remote: bool = False) -> None:
