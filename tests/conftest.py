@@ -23,7 +23,13 @@ settings.register_profile("chance", ANY_MACHINE)
 settings.register_profile("any machine", ANY_MACHINE, derandomize=True, database=None)
 settings.load_profile("any machine")
 
-pytest_plugins = ["tests.object_storage", "tests.scheduling", "tests.stack", "tests.workers"]
+pytest_plugins = [
+    "tests.blobs",
+    "tests.object_storage",
+    "tests.scheduling",
+    "tests.stack",
+    "tests.workers",
+]
 
 
 @pytest.hookimpl(wrapper=True)

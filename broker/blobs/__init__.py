@@ -2,7 +2,14 @@
 
 from broker.blobs.addresses import BlobUrl, open_blobs
 from broker.blobs.blob_store import BlobEntry, BlobStore
-from broker.blobs.errors import BlobError, BlobLost, BlobsAway, BlobsFull, NotMigrated
+from broker.blobs.errors import (
+    BlobError,
+    BlobLost,
+    BlobsAway,
+    BlobsFull,
+    NotMigrated,
+    no_space_left,
+)
 
 __all__ = [
     "BlobEntry",
@@ -13,5 +20,6 @@ __all__ = [
     "BlobsAway",
     "BlobsFull",
     "NotMigrated",
+    "no_space_left",
     "open_blobs",
 ]

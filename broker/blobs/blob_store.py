@@ -59,6 +59,8 @@ class BlobStore(Protocol):
         ------
         BlobLost
             There is no such blob.
+        BlobsFull
+            There is no space for a temporary file.
         """
 
     def size(self, path: str) -> int:

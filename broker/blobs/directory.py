@@ -17,9 +17,7 @@ from typing import BinaryIO, Final
 from uuid import uuid4
 
 from broker.blobs.blob_store import BlobEntry
-from broker.blobs.errors import BlobLost, BlobsAway, BlobsFull
-
-_NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT)
+from broker.blobs.errors import BlobLost, BlobsAway, BlobsFull, no_space_left
 
 _UNFINISHED: Final = ".part"
 """Suffix of files that are being written."""
@@ -138,4 +136,4 @@ def _reported() -> Iterator[None]:
         yield
     except OSError as error:
         reason = f"the blob directory cannot be used: {error}"
-        raise (BlobsFull if error.errno in _NO_SPACE else BlobsAway)(reason) from error
+        raise (BlobsFull if no_space_left(error) else BlobsAway)(reason) from error

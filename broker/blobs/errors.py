@@ -9,6 +9,9 @@
     └── NotMigrated    the bytes are still in Redis, where versions before 0.2 kept them
 """
 
+import errno
+from typing import TypeGuard
+
 
 class BlobError(Exception):
     """Root of the failures of the blob store; the message is for the operator."""
@@ -52,3 +55,8 @@ class NotMigrated(BlobError):
             f"{key} was stored by an earlier version, in Redis; `python -m broker.migrate` moves"
             " such data to the blob store"
         )
+
+
+def no_space_left(error: object) -> TypeGuard[OSError]:
+    """Return whether an error says that a file system is full, or a quota of it used up."""
+    return isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT)

@@ -21,7 +21,7 @@ from obstore.exceptions import BaseError
 from obstore.store import S3Store
 
 from broker.blobs.blob_store import BlobEntry
-from broker.blobs.errors import BlobLost, BlobsAway, BlobsFull
+from broker.blobs.errors import BlobLost, BlobsAway, BlobsFull, no_space_left
 
 _IN_MEMORY: Final = 1024**2
 """Bytes of a blob up to which it is read into memory; a larger one goes into a temporary file."""
@@ -136,6 +136,8 @@ class ObjectStorage:
                 raise BlobsAway(f"there is no bucket at {self._address}") from error
             raise BlobLost(path, "missing") from error
         except (BaseError, OSError, ValueError) as error:
+            if no_space_left(error):
+                raise BlobsFull(f"the folder of temporary files is full: {error}") from error
             reason = f"the object storage at {self._address} cannot be used: {_first_line(error)}"
             raise (BlobsFull if _FULL.search(str(error)) else BlobsAway)(reason) from error
 

@@ -1,7 +1,6 @@
 """Exception handlers: every error of the application is answered with a problem document."""
 
-import errno
-from typing import Final, TypeGuard
+from typing import Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -10,7 +9,7 @@ from redis.exceptions import RedisError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
-from broker.blobs import BlobError, BlobLost, BlobsFull, NotMigrated
+from broker.blobs import BlobError, BlobLost, BlobsFull, NotMigrated, no_space_left
 from broker.contracts import URN, Problem
 from broker.store import KeyReused, NewerRecord, NotOnDisk, QuotaExceeded, TooManyQueued
 from broker.telemetry import logger
@@ -41,8 +40,6 @@ from service.http.validation_errors import (
 )
 
 _METHODS: Final = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
-
-_NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT)
 
 log = logger("isomatch.api")
 
@@ -114,7 +111,7 @@ def _invalid(request: Request, error: Exception) -> Response:
 
 def _http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    if _is_full(error.__cause__):
+    if no_space_left(error.__cause__):
         # The framework reads a form into temporary files, and reports what fails then as a 400.
         return _system(request, error.__cause__)
     path = request.url.path
@@ -185,12 +182,8 @@ def _blobs_fail(request: Request, error: Exception) -> Response:
     return response(problem.problem(request.url.path), headers)
 
 
-def _is_full(error: object) -> TypeGuard[OSError]:
-    return isinstance(error, OSError) and error.errno in _NO_SPACE
-
-
 def _system(request: Request, error: Exception) -> Response:
-    if not _is_full(error):
+    if not no_space_left(error):
         raise error
     log.error("no space left for uploads", error=str(error))
     return _refused(request, StorageFull("There is no space left to take this; try again later."))

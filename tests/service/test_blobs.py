@@ -1,8 +1,6 @@
 """A blob store that is away, full, or has lost something, over HTTP."""
 
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from tempfile import SpooledTemporaryFile
 
@@ -219,21 +217,9 @@ def test_bytes_that_are_not_migrated_are_told(
     assert "earlier version" in told["detail"]
 
 
-@pytest.fixture
-def small(tmp_path: Path) -> Iterator[Path]:
-    """A file system of 3 MiB, which takes root on Linux."""
-    folder = tmp_path / "small"
-    folder.mkdir()
-    command = ["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(folder)]
-    if sys.platform != "linux" or subprocess.run(command, check=False).returncode:
-        pytest.skip("no file system can be mounted here")
-    yield folder
-    subprocess.run(["umount", "--lazy", str(folder)], check=True)
-
-
-def test_a_full_disk_is_told_to_the_uploader(server: EmbeddedServer, small: Path) -> None:
+def test_a_full_disk_is_told_to_the_uploader(server: EmbeddedServer, small_disk: Path) -> None:
     settings = Settings(
-        redis_url=empty_database(server), blob_url=blob_url(small), validation_wait=PATIENCE
+        redis_url=empty_database(server), blob_url=blob_url(small_disk), validation_wait=PATIENCE
     )
     mesh = blob_file(2, seed=320)
     with served_api(settings) as api, httpx2.Client(base_url=api.url, timeout=300.0) as http:
@@ -250,7 +236,7 @@ def test_a_full_disk_is_told_to_the_uploader(server: EmbeddedServer, small: Path
         problem(sent(2 * 1024**2), 507, "storage-full")
         assert len(http.get("/v1/shapes").json()["items"]) == 1
         assert sent(10).status_code == 201, "nothing of the refused uploads is left"
-        filler = small / "filler"
+        filler = small_disk / "filler"
         with pytest.raises(OSError, match="space"):
             filler.write_bytes(bytes(3 * 1024**2))
         told = problem(http.get("/health/ready"), 503, "not-ready")
@@ -262,12 +248,12 @@ def test_a_full_disk_is_told_to_the_uploader(server: EmbeddedServer, small: Path
 
 
 def test_a_full_temporary_directory_is_told_to_the_uploader(
-    server: EmbeddedServer, small: Path, monkeypatch: pytest.MonkeyPatch
+    server: EmbeddedServer, small_disk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Uploads on their way are in a temporary directory."""
-    monkeypatch.setattr("tempfile.tempdir", str(small))
+    monkeypatch.setattr("tempfile.tempdir", str(small_disk))
     with (
-        idle_api(server, blob_url=blob_url(small)) as api,
+        idle_api(server, blob_url=blob_url(small_disk)) as api,
         httpx2.Client(base_url=api.url, timeout=60.0) as http,
     ):
         answer = http.post("/v1/shapes", files={"file": ("a.off", bytes(4 * 1024**2))})

@@ -1,11 +1,13 @@
 """Object storage whose server dies, comes back, or is overloaded for a while."""
 
 import socket
+import tempfile
 import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from pathlib import Path
 from uuid import uuid4
 
 import pytest
@@ -106,6 +108,16 @@ def test_a_full_server_is_full(object_server: ObjectServer) -> None:
         pytest.raises(BlobsFull),
     ):
         behind(endpoint, 0.5).put("ab/1", b"x")
+
+
+def test_a_full_disk_of_temporary_files_is_full(
+    object_server: ObjectServer, small_disk: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blobs = object_storage(object_server, 20.0, uuid4().hex)
+    blobs.put("ab/1", bytes(4 * 1024**2))
+    monkeypatch.setattr(tempfile, "tempdir", str(small_disk))
+    with pytest.raises(BlobsFull, match="temporary files"):
+        blobs.open("ab/1")
 
 
 def test_refused_credentials_and_missing_buckets_are_not_lost_blobs(
