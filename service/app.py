@@ -47,7 +47,7 @@ from service.http import (
     known_parameters,
 )
 from service.http.openapi import document
-from service.monitoring import MeasureRequests, RequestTimes, StoreCollector
+from service.monitoring import BlobsUp, MeasureRequests, RequestTimes, StoreCollector
 from service.release import VERSION
 from service.settings import Settings
 from service.watcher import Watcher
@@ -167,7 +167,7 @@ def _lifespan(
                 (settings.heartbeat, upkeep.recover),
                 (settings.heartbeat, upkeep.sweep),
                 # In its own time: many blobs are slow to list, and lost jobs should not wait.
-                (settings.heartbeat, OrphanSweep(store).step),
+                (settings.heartbeat, BlobsUp(registry).noted(OrphanSweep(store).step)),
                 (WEBHOOK_INTERVAL, upkeep.dispatch),
                 (KEYS_INTERVAL, partial(ring.refresh, store.api_keys)),
             )

@@ -27,16 +27,12 @@ ACCESS: Final = {
     "AWS_SECRET_ACCESS_KEY": "a secret of tests",
     "AWS_REGION": "us-east-1",
 }
-_IDENTITY: Final = {
-    "name": "tests",
-    "credentials": [
-        {
-            "accessKey": ACCESS["AWS_ACCESS_KEY_ID"],
-            "secretKey": ACCESS["AWS_SECRET_ACCESS_KEY"],
-        }
-    ],
-    "actions": ["Admin", "Read", "Write", "List"],
+READER: Final = {
+    "AWS_ACCESS_KEY_ID": "readers",
+    "AWS_SECRET_ACCESS_KEY": "a secret of readers",
 }
+"""Access that may not write."""
+
 _PORTS: Final = (
     "master.port",
     "master.port.grpc",
@@ -47,6 +43,12 @@ _PORTS: Final = (
     "s3.port",
     "s3.port.grpc",
 )
+
+
+def _identity(access: dict[str, str], *actions: str) -> dict[str, object]:
+    key, secret = access["AWS_ACCESS_KEY_ID"], access["AWS_SECRET_ACCESS_KEY"]
+    credentials = [{"accessKey": key, "secretKey": secret}]
+    return {"name": key, "credentials": credentials, "actions": actions}
 
 
 class ObjectServer:
@@ -65,8 +67,12 @@ class ObjectServer:
         ports = dict(zip(_PORTS, free_ports(len(_PORTS)), strict=True))
         self.port = ports["s3.port"]
         self._ports = ports.values()
+        identities = [
+            _identity(ACCESS, "Admin", "Read", "Write", "List"),
+            _identity(READER, "Read", "List"),
+        ]
         settings = folder / "s3.json"
-        settings.write_text(json.dumps({"identities": [_IDENTITY]}))
+        settings.write_text(json.dumps({"identities": identities}))
         data = folder / "data"
         data.mkdir()
         options: dict[str, object] = {

@@ -3,7 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
-from typing import BinaryIO, Protocol
+from typing import BinaryIO, Final, Protocol
+from uuid import uuid4
+
+PROBE: Final = "probe"
+"""Folder of blobs that check whether any can be stored."""
 
 
 @dataclass(frozen=True)
@@ -86,3 +90,21 @@ class BlobStore(Protocol):
         BlobsFull
             There is no space left.
         """
+
+
+def store_and_delete(blobs: BlobStore) -> None:
+    """Check a blob store by a blob that is stored and deleted.
+
+    Parameters
+    ----------
+    blobs
+        The blob store.
+
+    Raises
+    ------
+    BlobsAway, BlobsFull
+        It cannot be used.
+    """
+    path = f"{PROBE}/{uuid4().hex}"
+    blobs.put(path, b"probe")
+    blobs.delete(path)

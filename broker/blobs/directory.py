@@ -14,16 +14,12 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import BinaryIO, Final
-from uuid import uuid4
 
-from broker.blobs.blob_store import BlobEntry
+from broker.blobs.blob_store import BlobEntry, store_and_delete
 from broker.blobs.errors import BlobLost, BlobsAway, BlobsFull, no_space_left
 
 _UNFINISHED: Final = ".part"
 """Suffix of files that are being written."""
-
-_PROBE: Final = "probe"
-"""Folder of files that check whether the directory takes any."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +97,7 @@ class DirectoryBlobs:
 
     def check(self) -> None:
         """Write a file and delete it."""
-        path = f"{_PROBE}/{uuid4().hex}"
-        self.put(path, b"probe")
-        self.delete(path)
+        store_and_delete(self)
 
     def _make(self, folder: Path) -> None:
         if not folder.is_dir():

@@ -20,7 +20,7 @@ import obstore
 from obstore.exceptions import BaseError
 from obstore.store import S3Store
 
-from broker.blobs.blob_store import BlobEntry
+from broker.blobs.blob_store import PROBE, BlobEntry, store_and_delete
 from broker.blobs.errors import BlobLost, BlobsAway, BlobsFull, no_space_left
 
 _IN_MEMORY: Final = 1024**2
@@ -125,8 +125,10 @@ class ObjectStorage:
                 yield BlobEntry(one["path"], one["size"], one["last_modified"])
 
     def check(self) -> None:
-        """Ask the server for the bucket's content."""
-        self._asked("", lambda: next(obstore.list(self._store, "probe/"), None))
+        """Store an object and delete it."""
+        # Some servers make a bucket that is missing, such as a misspelt one, when it is stored to.
+        next(self.list(PROBE), None)
+        store_and_delete(self)
 
     def _asked(self, path: str, ask: Callable[[], ResultT]) -> ResultT:
         try:

@@ -336,6 +336,8 @@ class Blobs:
         self.client.hsetnx(Keys.BLOB_OWNER, "id", uuid4().hex)
         owner, marked = self.client.hmget(Keys.BLOB_OWNER, ["id", "marked"])
         assert owner is not None
+        if marked is None:
+            self.store.check()  # makes the directory of a new installation
         mark = self._mark()
         if mark is None and marked is None:
             self.store.put(_MARK, owner if isinstance(owner, bytes) else owner.encode())

@@ -14,7 +14,14 @@ import pytest
 
 from broker.blobs import BlobLost, BlobsAway, BlobsFull
 from broker.blobs.object_storage import ObjectStorage
-from tests.object_storage import ACCESS, ObjectServer, environment, free_ports, object_storage
+from tests.object_storage import (
+    ACCESS,
+    READER,
+    ObjectServer,
+    environment,
+    free_ports,
+    object_storage,
+)
 
 OVERLOADED = "503 Slow Down"
 FULL = "507 Insufficient Storage"
@@ -118,6 +125,14 @@ def test_a_full_disk_of_temporary_files_is_full(
     monkeypatch.setattr(tempfile, "tempdir", str(small_disk))
     with pytest.raises(BlobsFull, match="temporary files"):
         blobs.open("ab/1")
+
+
+def test_a_check_notices_that_nothing_can_be_stored(object_server: ObjectServer) -> None:
+    with environment({**object_server.environment, **READER}):
+        reader = ObjectStorage("s3://isomatch", 0.0)
+        assert reader.read("first/object") == b""
+        with pytest.raises(BlobsAway, match="403"):
+            reader.check()
 
 
 def test_refused_credentials_and_missing_buckets_are_not_lost_blobs(

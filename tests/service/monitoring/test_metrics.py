@@ -2,6 +2,7 @@
 
 import math
 import os
+import shutil
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -22,6 +23,7 @@ from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes, running_api
+from tests.waiting import until
 from tests.worker.figures import blob_file
 
 
@@ -201,6 +203,26 @@ def test_metrics_are_given_while_all_threads_wait_for_the_store(
         finally:
             os.kill(own_server.pid, signal.SIGCONT)
         assert {answer.result().status_code for answer in waiting} == {404}
+
+
+def test_a_blob_store_that_is_away_is_told(own_server: EmbeddedServer, tmp_path: Path) -> None:
+    folder, elsewhere = tmp_path / "blobs", tmp_path / "elsewhere"
+    with (
+        idle_api(own_server, blob_url=folder.as_uri(), heartbeat=1) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+
+        def is_up(expected: float) -> bool:
+            return samples(http)["isomatch_blobs_up"] == expected
+
+        until(lambda: is_up(1))
+        folder.rename(elsewhere)
+        until(lambda: is_up(0))
+        problem(http.get("/health/ready"), 503, "not-ready")
+        # The check has made a directory, as where a volume is not mounted.
+        shutil.rmtree(folder)
+        elsewhere.rename(folder)
+        until(lambda: is_up(1))
 
 
 def test_the_memory_of_the_store_is_told(idle: tuple[httpx2.Client, Api]) -> None:
