@@ -19,7 +19,15 @@ FROM_ENVIRONMENT: Final = SettingsConfigDict(
 _NEAR: Final = 0.85
 """Similarity of two names, from 0 to 1, from which on one is taken for the other misspelt."""
 
-_OF_OTHERS: Final = ("ISOMATCH_URL", "ISOMATCH_API_KEY", "ISOMATCH_DATA", "ISOMATCH_JOB_MEMORY_MB")
+_OF_OTHERS: Final = (
+    "ISOMATCH_URL",
+    "ISOMATCH_API_KEY",
+    "ISOMATCH_DATA",
+    "ISOMATCH_JOB_MEMORY_MB",
+    "ISOMATCH_REDIS_PATIENCE",
+    "ISOMATCH_WORKER_PATIENCE",
+)
+"""Variables of clients, of benchmarks, or of either API or workers, which share an environment."""
 
 
 def _redis_url(url: str) -> str:

@@ -56,7 +56,9 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         default=60.0, ge=0, description="Seconds a request waits for its picture."
     )
     redis_patience: float = Field(
-        default=2.0, ge=0, description="Seconds a request waits while Redis cannot be reached."
+        default=2.0,
+        ge=0,
+        description="Seconds a request waits while Redis, or object storage, cannot be reached.",
     )
     api_keys: ApiKeys = Field(
         default=(),

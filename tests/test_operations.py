@@ -31,10 +31,9 @@ def row(name: str) -> str:
     field = api or worker
     assert field is not None
     who = "both" if api and worker else "API" if api else "workers"
-    default = shown(field.default)
-    if api and worker and api.default != worker.default:
-        default = f"{shown(api.default)}, workers {shown(worker.default)}"
-    return f"{who} | {default} | {field.description}"
+    # What both read means one thing.
+    assert not (api and worker) or api.default == worker.default
+    return f"{who} | {shown(field.default)} | {field.description}"
 
 
 NAMES = sorted({*Settings.model_fields, *WorkerSettings.model_fields})

@@ -17,6 +17,8 @@ class WorkerSettings(StoreSettings, QueueSettings, WebhookSettings):
     job_memory_mb: int = Field(
         default=8192, ge=0, description="MiB of memory one job may take; 0 for no limit."
     )
-    redis_patience: float = Field(
-        default=60.0, ge=0, description="Seconds for which a worker waits while Redis is away."
+    worker_patience: float = Field(
+        default=60.0,
+        ge=0,
+        description="Seconds a worker waits while Redis, or object storage, cannot be reached.",
     )

@@ -16,8 +16,8 @@ SAFE_AGE: Final = 3600.0
 """Seconds from which on a blob without a reference is an orphan.
 
 A blob is written before its reference, which follows within seconds; a transaction that is sent
-again while Redis restarts, within ``redis_patience``. The clocks of this machine and of the blob
-store may differ by some minutes.
+again while Redis restarts, within ``redis_patience`` or ``worker_patience``. The clocks of this
+machine and of the blob store may differ by some minutes.
 """
 
 MOST_DELETED: Final = 1000

@@ -26,7 +26,9 @@ def test_an_address_that_is_none_is_refused_and_not_quoted(url: str) -> None:
     assert "'" not in line
 
 
-def test_variables_of_others_are_none() -> None:
-    others = [f"ISOMATCH_{name}".upper() for name in WorkerSettings.model_fields]
+@pytest.mark.parametrize("settings", [Settings, WorkerSettings])
+def test_variables_of_others_are_none(settings: type[Settings] | type[WorkerSettings]) -> None:
+    names = {*Settings.model_fields, *WorkerSettings.model_fields}
+    others = [f"ISOMATCH_{name}".upper() for name in names]
     others += ["ISOMATCH_URL", "ISOMATCH_API_KEY", "ISOMATCH_DATA"]
-    assert misspelt_variables(others, Settings) == {}
+    assert misspelt_variables(others, settings) == {}

@@ -27,13 +27,14 @@ def test_no_accepted_job_is_lost_by_kills(tmp_path: Path, appendfsync: str) -> N
 
 
 def test_workers_that_left_while_the_store_was_away_come_back(tmp_path: Path) -> None:
-    """One that starts meanwhile leaves after ``ISOMATCH_REDIS_PATIENCE``; others are started."""
+    """One that starts meanwhile leaves after ``ISOMATCH_WORKER_PATIENCE``; others are started."""
     server = EmbeddedServer(tmp_path / "redis")
     server.start()
     settings = {
         "ISOMATCH_REDIS_URL": server.url,
         "ISOMATCH_BLOB_URL": blob_url(tmp_path),
         "ISOMATCH_REDIS_PATIENCE": "1",
+        "ISOMATCH_WORKER_PATIENCE": "1",
         "ISOMATCH_VALIDATION_WAIT": "240",
         "ISOMATCH_WORKERS": "1",
     }

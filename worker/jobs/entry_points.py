@@ -37,9 +37,9 @@ def run(job_id: str) -> None:
     meta, tenant = job.get_meta(refresh=False), tenant_of(job)
     told = {name: meta.get(name) for name in ("kind", "request_id", "caller")}
     structlog.contextvars.bind_contextvars(job_id=job_id, tenant=tenant, **told)
-    store = Store.over(job.connection, settings, settings.redis_patience).of(tenant)
+    store = Store.over(job.connection, settings, settings.worker_patience).of(tenant)
     with exporting("worker"):
-        queue, patience = JobQueue(store, settings), min(BLOB_PATIENCE, settings.redis_patience)
+        queue, patience = JobQueue(store, settings), min(BLOB_PATIENCE, settings.worker_patience)
         # A worker runs one process at a time, and its name is never given to another.
         Runner(queue, job.worker_name, settings, patience).run(job_id)
 
@@ -52,7 +52,7 @@ def stopped(job: Job, connection: Redis) -> None:
     """Record that a cancelled job was killed because it did not stop; RQ's callback."""
     settings = worker_settings()
     # RQ calls it in the process that forks jobs.
-    store = Store.over(connection, settings, settings.redis_patience, forks=True)
+    store = Store.over(connection, settings, settings.worker_patience, forks=True)
     with exporting("worker"):
         # Whichever runs it: it was cancelled.
         handle_lost_process(store, job, "stopped", LOSSES_AFTER_KILL, worker=None)

@@ -72,7 +72,7 @@ def main() -> int:
         status = fork_workers(options.count)
         if status is not None:
             return status
-    store = Store.open(settings, settings.redis_patience, forks=True)
+    store = Store.open(settings, settings.worker_patience, forks=True)
     # RQ logs several lines about each job; the jobs' own logs have the same information.
     level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"
     try:

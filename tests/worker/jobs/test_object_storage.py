@@ -55,7 +55,7 @@ def test_a_job_says_that_object_storage_was_away(
     data = blob_file(4)
     with (
         queue_of(object_server, settings, 20.0) as queue,
-        worker(queue, ISOMATCH_REDIS_PATIENCE="0.1"),
+        worker(queue, ISOMATCH_WORKER_PATIENCE="0.1"),
     ):
         ended(queue, validation(queue, data))
         match = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=QUICK)
