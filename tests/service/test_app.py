@@ -342,6 +342,20 @@ def test_a_worker_that_cannot_start_says_why_in_a_line(settings: dict[str, str])
     assert len(said.stderr.splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("module", "cause"), [("service", "ISOMATCH_BLOB_URL"), ("worker", "ISOMATCH_REDIS_URL")]
+)
+def test_misspelt_settings_are_logged(module: str, cause: str) -> None:
+    away = {"ISOMATCH_REDIS_URL": "redis://x" if module == "service" else ""}
+    said = started(module, ISOMATCH_JOB_TIMOUT="5", ISOMATCH_BLOB_URL="", **away)
+    warning, error = said.stderr.splitlines()
+    told = json.loads(warning)
+    assert (told["event"], told["variable"]) == ("unknown setting", "ISOMATCH_JOB_TIMOUT")
+    assert told["meant"] == "ISOMATCH_JOB_TIMEOUT"
+    assert error.startswith(("isomatch: ", "worker: "))
+    assert cause in error
+
+
 @contextmanager
 def running_service(log: Path, **settings: str) -> Iterator[httpx2.Client]:
     """Run the service in a process of its own, and connect to it when it listens."""

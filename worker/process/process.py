@@ -14,7 +14,7 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from broker.blobs import BlobError
-from broker.environment import setting_errors
+from broker.environment import misspelt_variables, setting_errors
 from broker.processes import die_with_parent, forks_die_with_parent
 from broker.queue import QUEUES, FairQueue, tenant_of
 from broker.store import CONNECT_TIMEOUT, Store, connect
@@ -29,6 +29,7 @@ from broker.upkeep import (
 from worker.jobs import timed_out, worker_settings
 from worker.process.prefork import fork_workers
 from worker.process.warmup import compile_rest, warm_up
+from worker.settings import WorkerSettings
 
 WORKER_TTL: Final = 30
 """Seconds without a heartbeat after which RQ forgets an idle worker, which sends one every 15 s."""
@@ -49,6 +50,8 @@ def main() -> int:
             print(f"worker: {line}", file=sys.stderr)
         return 2
     configure_logging(settings.log_level, process="worker")
+    for name, meant in misspelt_variables(os.environ, WorkerSettings).items():
+        log.warning("unknown setting", variable=name, meant=meant)
     if options.parent is not None:
         die_with_parent(options.parent)
     forks_die_with_parent()
