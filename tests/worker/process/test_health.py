@@ -44,9 +44,10 @@ def test_a_worker_is_live_until_its_heartbeat_is_overdue(queue: JobQueue, born: 
     assert has_live_worker(client, here)
     assert not has_live_worker(client, "elsewhere")
     assert born.last_heartbeat is not None
-    silent = born.last_heartbeat - WORKER_TIMEOUT - timedelta(seconds=1)
-    client.hset(born.key, "last_heartbeat", utcformat(silent))
-    assert not has_live_worker(client, here)
+    for silent, live in ((timedelta(seconds=-5), True), (timedelta(seconds=1), False)):
+        last = born.last_heartbeat - WORKER_TIMEOUT - silent
+        client.hset(born.key, "last_heartbeat", utcformat(last))
+        assert has_live_worker(client, here) is live
 
 
 def test_a_worker_that_has_stopped_is_not_live(queue: JobQueue, born: Worker) -> None:
@@ -61,6 +62,20 @@ def test_the_health_check(queue: JobQueue) -> None:
     worker = Worker(queue.rq.all(), connection=queue.store.client)
     worker.register_birth()
     assert asked(url).returncode == 0
+
+
+def test_the_health_check_loads_the_client_of_redis_alone() -> None:
+    program = "import sys, worker.process.health; print(*sys.modules)"
+    command = [sys.executable, "-c", program]
+    loaded = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    assert "redis" in loaded
+    assert not {"rq", "pydantic", "broker", "solver", "numpy"} & set(loaded)
+
+
+def test_an_address_that_is_none_is_not_quoted() -> None:
+    done = asked("redis://:se/cret@queue:6379/0")
+    assert done.returncode == 2
+    assert done.stderr == "ISOMATCH_REDIS_URL: not an address of a Redis\n"
 
 
 def test_a_worker_is_healthy_while_redis_does_not_answer(queue: JobQueue) -> None:
