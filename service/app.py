@@ -8,7 +8,7 @@ from typing import Any, Final, TypedDict
 
 from fastapi import Depends, FastAPI
 from fastapi_offline import FastAPIOffline
-from prometheus_client import CollectorRegistry
+from prometheus_client import CollectorRegistry, Gauge
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
@@ -79,6 +79,8 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         Set by the server when it stops, so that long polls end.
     """
     registry = CollectorRegistry()
+    build = Gauge("isomatch_build_info", "Version of the API.", ("version",), registry=registry)
+    build.labels(VERSION).set(1)
     ring = KeyRing(settings.api_keys, settings.auth)
     app = FastAPIOffline(
         title="isomatch",

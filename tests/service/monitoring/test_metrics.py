@@ -19,6 +19,7 @@ from rq.utils import utcformat
 from broker.contracts import JobKind, Problem, ProblemType
 from broker.queue import WORKER_TIMEOUT
 from broker.store import BUCKET_BOUNDS
+from service.release import VERSION
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
@@ -125,6 +126,7 @@ def test_requests_are_counted_by_route(idle: tuple[httpx2.Client, Api]) -> None:
     assert told[f"{count}{{method=GET,route=/health/live,status=200}}"] == 1
     assert any("method=other" in name and "status=405" in name for name in told)
     assert told["isomatch_http_requests_open"] == 1
+    assert told[f"isomatch_build_info{{version={VERSION}}}"] == 1
 
 
 def test_measurements_of_workers_are_exported(
