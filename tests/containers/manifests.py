@@ -110,8 +110,10 @@ class Pod:
             yield variable["name"]
         for source in self.container.get("envFrom", ()):
             if "secretRef" in source:
-                assert source["secretRef"]["name"] == "isomatch"
-                yield from secret()
+                # The secret of the API may be missing.
+                if not source["secretRef"].get("optional"):
+                    assert source["secretRef"]["name"] == "isomatch"
+                    yield from secret()
                 continue
             (settings,) = [
                 each

@@ -109,6 +109,21 @@ def test_secrets_are_named_and_not_told() -> None:
     assert "REDIS_PASSWORD" in secret()
 
 
+def test_keys_of_callers_are_given_to_the_api_alone() -> None:
+    given = {
+        name: {
+            source["secretRef"]["name"]
+            for source in pod.container["envFrom"]
+            if "secretRef" in source
+        }
+        for name, pod in PODS.items()
+        if name in (*OURS, "isomatch-burst")
+    }
+    api = given.pop("isomatch-api")
+    assert api == {"isomatch", "isomatch-api"}
+    assert set(map(frozenset, given.values())) == {frozenset({"isomatch"})}
+
+
 def test_addresses_are_those_of_services() -> None:
     services = {each["metadata"]["name"]: each["spec"] for each in of_kind("Service")}
     for name in ("ISOMATCH_REDIS_URL", "ISOMATCH_CACHE_URL"):
