@@ -1,9 +1,9 @@
 """Quality of registered templates: ``python -m bench.templates``.
 
-Distances of the vertices, and of the centres of the triangles, from the target's surface over
-√area; flipped triangles; and the mean distance of the vertices from their images under the dense
-map, for all pairs of shapes of a class. With ``--data`` the class is a
-file's name up to its first digit; ``--across`` takes pairs of different classes.
+Mean and greatest distance between the registered template and its target over √area; flipped
+triangles; and the mean distance of the vertices from their images under the dense map, for all
+pairs of shapes of a class. With ``--data`` the class is a file's name up to its first digit;
+``--across`` takes pairs of different classes.
 """
 
 import time
@@ -15,8 +15,7 @@ import numpy as np
 from bench.collection import KnownShape, collection, pairs_within_classes, require
 from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
-from solver.mesh import surface_tree
-from solver.templates import register_template
+from solver.templates import register_template, surface_distance
 
 
 @dataclass(frozen=True)
@@ -26,9 +25,7 @@ class TemplateQuality:
     Parameters
     ----------
     mean, greatest
-        Distances of the vertices from the target, over √area.
-    centres
-        Mean distance of the centres of the triangles.
+        Distances between both surfaces, as :class:`.SurfaceDistance` has them.
     flipped, faces
         Numbers of flipped triangles, and of all.
     moved
@@ -41,7 +38,6 @@ class TemplateQuality:
 
     mean: float
     greatest: float
-    centres: float
     flipped: int
     faces: int
     moved: float
@@ -64,13 +60,11 @@ def quality(source: KnownShape, target: KnownShape) -> TemplateQuality:
     images = np.einsum(
         "vc,vcd->vd", found.dense.barycentric[rows], corners.reshape(len(rows), 3, 3)
     )
-    tree = surface_tree(theirs.vertices, theirs.faces)
-    centres = template.positions[ours.faces].mean(axis=1)
+    distance = surface_distance(template.positions, ours, theirs)
     moved = np.linalg.norm(template.positions - images, axis=1) / np.sqrt(theirs.area)
     return TemplateQuality(
-        mean=float(template.distances.mean()),
-        greatest=float(template.distances.max()),
-        centres=float(tree.distances(centres).mean() / np.sqrt(theirs.area)),
+        mean=distance.mean,
+        greatest=distance.greatest,
         flipped=int(template.flipped.sum()),
         faces=ours.n_faces,
         moved=float(moved.mean()),
@@ -86,7 +80,6 @@ def figures(found: list[TemplateQuality]) -> dict[str, float]:
         "pairs": len(found),
         "mean": float(np.mean([one.mean for one in found])),
         "max": float(np.max([one.greatest for one in found])),
-        "centres": float(np.mean([one.centres for one in found])),
         "flipped": float(flipped.mean()),
         "most_flipped": float(flipped.max()),
         "without_flips": float((flipped == 0).mean()),
@@ -106,14 +99,14 @@ def main() -> None:
     if arguments.across:
         pairs = [(a, b) for a, b in combinations(shapes, 2) if a.category != b.category]
     require(parser, pairs)
-    heads = "mean", "max", "centres", "flipped", "moved", "seconds", "sure"
+    heads = "mean", "max", "flipped", "moved", "seconds", "sure"
     print(f"{'pair':40}" + "".join(f"{head:>10}" for head in heads))
     found = []
     for source, target in pairs[:: arguments.every]:
         one = quality(source, target)
         found.append(one)
         row = asdict(one)
-        values = "".join(f"{row[name]:10.5f}" for name in ("mean", "greatest", "centres"))
+        values = "".join(f"{row[name]:10.5f}" for name in ("mean", "greatest"))
         rest = f"{one.flipped:10d}{one.moved:10.4f}{one.seconds:10.1f}{one.probability:10.2f}"
         print(f"{source.name} {target.name}".ljust(40) + values + rest, flush=True)
     summary = figures(found)

@@ -28,10 +28,14 @@ class SpecimenReport(BaseModel):
         description="Confidence of the match of the template with the specimen."
     )
     mean_distance: FiniteFloat | None = Field(
-        description="Mean distance of the template's vertices from the specimen's surface, over the"
-        " square root of its area."
+        description="Mean distance between the registered template and the specimen, over the square"
+        " root of the specimen's area: the greater of the means over the centres of the template's"
+        " triangles, from the specimen, and over the specimen's vertices, from the template."
     )
-    max_distance: FiniteFloat | None = Field(description="Greatest of these distances.")
+    max_distance: FiniteFloat | None = Field(
+        description="Greatest of these distances: large where the template leaves a part of the"
+        " specimen uncovered, or its triangles cross the inside."
+    )
     flipped: int | None = Field(
         description="Number of flipped triangles: their normals make more than a right angle with"
         " that of the specimen's triangle nearest to their centre."

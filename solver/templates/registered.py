@@ -53,8 +53,6 @@ class RegisteredTemplate:
     ----------
     positions
         (V, 3) vertices of the template's mesh on the target, in the target's units.
-    distances
-        (V,) distances of the vertices from the target over √area.
     flipped
         (F,) triangles that are flipped: their normals make more than a right angle with that of the
         target's triangle nearest to their centre; where several are as near, as on an edge, with
@@ -64,7 +62,6 @@ class RegisteredTemplate:
     """
 
     positions: FloatArray
-    distances: FloatArray
     flipped: BoolArray
     reflected: bool
 
@@ -79,8 +76,8 @@ def register_template(
 
     Images are not one-to-one: where several vertices have nearly the same image, triangles fold.
     Vertices around such triangles move along the surface until no triangle is flipped; all others
-    stay at their images. Maps that are far from one-to-one, such as wrong ones, leave flipped
-    triangles.
+    stay at their images. Some maps that are far from one-to-one leave flipped triangles; others,
+    and wrong ones, leave none: see :func:`surface_distance`.
 
     Parameters
     ----------
@@ -107,7 +104,6 @@ def register_template(
     positions, flipped = _relaxed(images, mesh, surface, _least_qualities(template), control)
     return RegisteredTemplate(
         positions * size + _centre(target),
-        surface.tree.distances(positions),
         flipped,
         inverted,
     )

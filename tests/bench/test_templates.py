@@ -4,8 +4,8 @@ from bench.templates import TemplateQuality, figures
 
 
 def test_figures_tell_the_worst_and_the_share_without_flips() -> None:
-    good = TemplateQuality(0.0, 0.001, 0.0005, 0, 100, 0.001, 1.0, 0.9)
-    bad = TemplateQuality(0.002, 0.004, 0.0015, 6, 100, 0.003, 3.0, 0.5)
+    good = TemplateQuality(0.0, 0.001, 0, 100, 0.001, 1.0, 0.9)
+    bad = TemplateQuality(0.002, 0.004, 6, 100, 0.003, 3.0, 0.5)
     found = figures([good, bad])
     assert found["max"] == 0.004
     assert found["without_flips"] == 0.5

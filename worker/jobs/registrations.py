@@ -22,8 +22,10 @@ from solver.mesh import TriangleMesh
 from solver.templates import (
     RegisteredTemplate,
     ShapeStatistics,
+    SurfaceDistance,
     register_template,
     shape_statistics,
+    surface_distance,
 )
 from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import SHAPE_FAILURES, TimeUp, UnusableShape, none_usable, reason_of
@@ -50,11 +52,12 @@ _TIME_UP: Final = "the job's time was up before it was registered; give fewer sp
 class _Registered:
     """A template on one specimen, with the match that put it there.
 
-    `boundary` is the length of the specimen's boundary over √area.
+    `distance` is that from the specimen, `boundary` the length of the specimen's boundary over √area.
     """
 
     found: Match
     template: RegisteredTemplate
+    distance: SurfaceDistance
     boundary: float
 
 
@@ -176,7 +179,9 @@ def _registered(
         if found.dense is None:
             return _TIME_UP if control.expired else "its surface could not be registered"
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
-        return _Registered(found, registered, boundary_of(specimen.mesh))
+        positions = registered.positions
+        distance = surface_distance(positions, template.mesh, specimen.mesh, control)
+        return _Registered(found, registered, distance, boundary_of(specimen.mesh))
     except (*SHAPE_FAILURES, MeshError, OptionError) as error:
         return reason_of(error)
 
@@ -211,8 +216,8 @@ def _report(
         registered=True,
         reason=None,
         confidence=None if confidence is None else confidence_of(confidence),
-        mean_distance=float(template.distances.mean()),
-        max_distance=float(template.distances.max()),
+        mean_distance=one.distance.mean,
+        max_distance=one.distance.greatest,
         flipped=int(template.flipped.sum()),
         reflected=template.reflected,
         scores=tuple(scores),

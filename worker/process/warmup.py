@@ -41,7 +41,7 @@ from solver.similarity import (
     pairs_between,
     signature,
 )
-from solver.templates import register_template, shape_statistics
+from solver.templates import register_template, shape_statistics, surface_distance
 from solver.transfer import carry_landmarks, place_landmarks
 from worker.jobs import (
     MatchInput,
@@ -189,6 +189,7 @@ def _register(mesh: TriangleMesh) -> None:
         mesh.vertex_ids, mesh.vertex_ids[images], corners, points.barycentric
     )
     positions = register_template(mesh, mesh, dense).positions
+    surface_distance(positions, mesh, mesh)
     shape_statistics(np.stack([positions, mesh.vertices]))
 
 

@@ -39,7 +39,9 @@ class Specimen(Answer):
     confidence
         Confidence of the match of the template with the specimen.
     mean_distance, max_distance
-        Of the template's vertices from the specimen's surface, over the square root of its area.
+        Between the registered template and the specimen, over the square root of the specimen's
+        area: the greater of the means over the centres of the template's triangles, from the
+        specimen, and over the specimen's vertices, from the template; and the greatest of all.
     flipped
         Number of flipped triangles.
     reflected

@@ -31,7 +31,7 @@ export async function registrationView(place, result, job, signal) {
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
       download(job.links.picture, "Picture (PNG)", `${job.id}.png`),
       h("span", {}, "Mean shape and arrays:", exportsOf(job))),
-    table("Specimens; distances are those of the template's vertices from the specimen, over the square root of its area",
+    table("Specimens; distances are those between the registered template and the specimen, over the square root of its area",
       HEADS, rows.map(({ node }) => node)));
   try {
     show = await componentView(shown, result, job, signal);

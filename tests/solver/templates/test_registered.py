@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from solver.control import Control
 from solver.errors import Cancelled, OptionError
-from solver.mesh import TriangleMesh, face_normals, triangle_mesh
+from solver.mesh import TriangleMesh, face_normals, surface_tree, triangle_mesh
 from solver.registration import DenseCorrespondence, register
 from solver.shape import Shape
-from solver.templates import RegisteredTemplate, register_template
+from solver.templates import RegisteredTemplate, register_template, surface_distance
 from synthetic import articulated
 from tests.solver import shapes
 
@@ -43,6 +43,12 @@ def independently_flipped(
     return flipped
 
 
+def from_surface(found: RegisteredTemplate, target: TriangleMesh) -> float:
+    """Greatest distance of a vertex from the target over √area."""
+    tree = surface_tree(target.vertices, target.faces)
+    return float(tree.distances(found.positions).max() / np.sqrt(target.area))
+
+
 @pytest.mark.parametrize("change", ["moved", "scaled", "inverted", "reflected"])
 def test_a_copy_is_registered_exactly(change: str) -> None:
     mesh = shapes.blob()
@@ -59,7 +65,7 @@ def test_a_copy_is_registered_exactly(change: str) -> None:
     found = register_template(mesh, target, at_vertices(target, np.arange(mesh.n_vertices)))
     np.testing.assert_allclose(found.positions, vertices, atol=1e-9 * np.sqrt(target.area))
     assert not found.flipped.any()
-    assert found.distances.max() < 1e-7
+    assert from_surface(found, target) < 1e-7
     assert found.reflected == (change == "reflected")
 
 
@@ -73,7 +79,7 @@ def test_folds_are_relaxed_on_the_surface() -> None:
     dense = at_vertices(mesh, images)
     found = register_template(mesh, mesh, dense)
     assert not found.flipped.any()
-    assert found.distances.max() < 1e-7
+    assert from_surface(found, mesh) < 1e-7
     # Vertices without folds round them stay.
     areas = np.linalg.norm(face_normals(mesh.vertices[images], mesh.faces), axis=1)
     collapsed = np.unique(mesh.faces[areas < 1e-12])
@@ -107,7 +113,7 @@ def test_a_patch_that_is_inside_out_is_turned() -> None:
     found = register_template(mesh, mesh, folded)
     assert not found.flipped.any()
     assert independently_flipped(found, mesh, mesh) == 0
-    assert found.distances.max() < 1e-7
+    assert from_surface(found, mesh) < 1e-7
     far = order[len(order) // 2 :]
     np.testing.assert_allclose(found.positions[far], mesh.vertices[far], atol=1e-9)
 
@@ -143,7 +149,10 @@ def test_a_bent_body_has_no_flipped_triangle() -> None:
     assert found is not None
     registered = register_template(template, target, found.dense(Control()))
     assert not registered.flipped.any()
-    assert registered.distances.max() <= 0.005
+    distance = surface_distance(registered.positions, template, target)
+    # Triangles of 700 vertices are chords: they leave the other surface by as much.
+    assert distance.mean < 0.01
+    assert distance.greatest < 0.03
     assert independently_flipped(registered, template, target) == 0
     assert not registered.reflected
 
