@@ -1,6 +1,7 @@
 """Template registration: the connectivity of the source on the surface of the target."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,7 +57,7 @@ class RegisteredTemplate:
     flipped
         (F,) triangles that are flipped: their normals make more than a right angle with that of the
         target's triangle nearest to their centre; where several are as near, as on an edge, with
-        those of all.
+        those of all. Triangles without an area count as flipped.
     reflected
         Whether the template is reflected in space.
     """
@@ -64,6 +65,18 @@ class RegisteredTemplate:
     positions: FloatArray
     flipped: BoolArray
     reflected: bool
+
+
+class _Folds(NamedTuple):
+    """Triangles that disagree with the surface they lie on.
+
+    At a crease, which has several normals, `flipped` triangles disagree with all of them, and
+    `folded` ones with one at least: it is better to agree with both sides.
+    """
+
+    positions: FloatArray
+    flipped: BoolArray
+    folded: BoolArray
 
 
 def register_template(
@@ -86,7 +99,7 @@ def register_template(
     dense
         Map from the template to the target, of all vertices of the template.
     control
-        May cancel; past its deadline, folds may remain.
+        May cancel; past its deadline, folds remain, but no more than the images have.
 
     Raises
     ------
@@ -121,26 +134,31 @@ def _relaxed(
     Single moves cannot turn a patch that has collapsed inside out. Such patches are embedded anew,
     larger ones as long as triangles stay flipped, and relaxed again.
     """
-    placement, faces = images.copied(), mesh.faces
-    folded = np.zeros(len(faces), dtype=np.bool_)
-    found: list[tuple[tuple[int, int], FloatArray, BoolArray]] = []
-    for rings in control.in_time(range(_GREATEST_PATCH + 1), least=1):
+    placement = images.copied()
+    given = state = _folds(placement, mesh.faces, surface)
+    found: list[_Folds] = []
+    for rings in control.in_time(range(_GREATEST_PATCH + 1)):
         if rings:
-            patch = _vertices_round(faces, np.flatnonzero(folded), len(images.positions), rings - 1)
+            folded = np.flatnonzero(state.folded)
+            patch = _vertices_round(mesh.faces, folded, len(images.positions), rings - 1)
             embed(placement, patch[~mesh.on_boundary[patch]], mesh, surface, _SWEEPS)
         for everywhere in (False, True):
             _relax_folds(placement, mesh, surface, everywhere, least, rings, control)
-        centres = placement.positions[faces].mean(axis=1)
-        normals = face_normals(placement.positions, faces)
-        worst, agreeing = surface.tree.cosines(centres, normals)
-        # At a crease, it is better to agree with both of its sides than with one.
-        folded = worst < 0.0
-        left = int((agreeing < 0.0).sum()), int(folded.sum())
-        found.append((left, placement.positions.copy(), agreeing < 0.0))
-        if not left[1] or left[0] > _HOPELESS * len(faces):
+        state = _folds(placement, mesh.faces, surface)
+        found.append(state)
+        if not state.folded.any() or state.flipped.sum() > _HOPELESS * len(mesh.faces):
             break
-    _, positions, flipped = min(found, key=lambda one: one[0])
-    return positions, flipped
+    # Of equals the first is taken: the images only where each relaxation has made them worse.
+    best = min([*found, given], key=lambda one: (one.flipped.sum(), one.folded.sum()))
+    return best.positions, best.flipped
+
+
+def _folds(placement: Placement, faces: IntArray, surface: Surface) -> _Folds:
+    """Find the folds that a placement has."""
+    positions = placement.positions
+    normals = face_normals(positions, faces)
+    worst, agreeing = surface.tree.cosines(positions[faces].mean(axis=1), normals)
+    return _Folds(positions.copy(), agreeing <= 0.0, worst <= 0.0)
 
 
 def _relax_folds(

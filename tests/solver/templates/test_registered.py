@@ -172,3 +172,34 @@ def test_a_cancelled_registration_ends() -> None:
     dense = at_vertices(mesh, np.zeros(mesh.n_vertices, dtype=np.int64))
     with pytest.raises(Cancelled):
         register_template(mesh, mesh, dense, Control(is_cancelled=lambda: True))
+
+
+def collapsed(mesh: TriangleMesh) -> DenseCorrespondence:
+    """The map of one side of a mesh to one vertex, of the other side to itself."""
+    images = np.arange(mesh.n_vertices)
+    side = np.flatnonzero(mesh.vertices[:, 2] > 0.5 * mesh.vertices[:, 2].max())
+    images[side] = side[0]
+    return at_vertices(mesh, images)
+
+
+def test_triangles_without_an_area_count_as_flipped() -> None:
+    mesh = shapes.blob()
+    dense = collapsed(mesh)
+    flat = (dense.target[mesh.faces][:, :, None] == dense.target[mesh.faces][:, None]).sum(
+        axis=(1, 2)
+    )
+    found = register_template(mesh, mesh, dense, Control().within(0.0))
+    np.testing.assert_array_equal(found.flipped, flat > 3)
+    np.testing.assert_allclose(found.positions, mesh.vertices[dense.target], atol=1e-9)
+
+
+@pytest.mark.parametrize("looks", [2, 4, 8, 16])
+def test_a_hurried_registration_is_no_worse_than_the_images(
+    looks: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = shapes.blob()
+    dense = collapsed(mesh)
+    given = register_template(mesh, mesh, dense, Control().within(0.0)).flipped.sum()
+    left = iter(range(looks))
+    monkeypatch.setattr(Control, "expired", property(lambda _: next(left, None) is None))
+    assert register_template(mesh, mesh, dense).flipped.sum() <= given
