@@ -348,10 +348,8 @@ def _tried(
 
 
 @kernel
-def embed(
-    placement: Placement, vertices: IntArray, mesh: Connectivity, surface: Surface, sweeps: int
-) -> None:
-    """Move vertices to the points of the surface nearest to the means of their neighbours.
+def embed(placement: Placement, vertices: IntArray, mesh: Connectivity, surface: Surface) -> None:
+    """Move vertices, one after another, to the points nearest to the means of their neighbours.
 
     The mean is sought from the neighbour whose normal agrees most with those of all, as it may lie
     between two sheets of the surface.
@@ -364,21 +362,18 @@ def embed(
         (n,) vertices that move; all others stay.
     mesh, surface
         The mesh, and what it lies on.
-    sweeps
-        How often each vertex moves.
     """
-    for _ in range(sweeps):
-        for vertex in vertices:
-            ring = mesh.neighbours[mesh.first[vertex] : mesh.first[vertex + 1]]
-            mean, normal = np.zeros(3), np.zeros(3)
-            for other in ring:
-                mean += placement.positions[other]
-                normal += placement.normals[other]
-            mean /= len(ring)
-            best, start = -np.inf, 0
-            for other in ring:
-                cosine = (placement.normals[other] * normal).sum()
-                if cosine > best:
-                    best, start = cosine, placement.nearest[other]
-            x, y, z = mean
-            place(placement, vertex, x, y, z, start, surface)
+    for vertex in vertices:
+        ring = mesh.neighbours[mesh.first[vertex] : mesh.first[vertex + 1]]
+        mean, normal = np.zeros(3), np.zeros(3)
+        for other in ring:
+            mean += placement.positions[other]
+            normal += placement.normals[other]
+        mean /= len(ring)
+        best, start = -np.inf, 0
+        for other in ring:
+            cosine = (placement.normals[other] * normal).sum()
+            if cosine > best:
+                best, start = cosine, placement.nearest[other]
+        x, y, z = mean
+        place(placement, vertex, x, y, z, start, surface)

@@ -1,6 +1,7 @@
 """Template registration: the connectivity of the source on the surface of the target."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,9 @@ _GREATEST_PATCH = 15
 
 _SWEEPS = 100
 """Sweeps over the vertices of a patch that is embedded anew."""
+
+_BLOCK = 200
+"""Vertices that move, or triangles whose quality is computed, between two looks at the clock."""
 
 _HOPELESS = 0.01
 """Share of flipped triangles above which nothing is embedded anew: the map is far from one-to-one,
@@ -135,16 +139,18 @@ def _relaxed(
     larger ones as long as triangles stay flipped, and relaxed again.
     """
     placement = images.copied()
-    given = state = _folds(placement, mesh.faces, surface)
+    given = state = _folds(placement, mesh.faces, surface, control)
     found: list[_Folds] = []
     for rings in control.in_time(range(_GREATEST_PATCH + 1)):
         if rings:
             folded = np.flatnonzero(state.folded)
             patch = _vertices_round(mesh.faces, folded, len(images.positions), rings - 1)
-            embed(placement, patch[~mesh.on_boundary[patch]], mesh, surface, _SWEEPS)
-        for everywhere in (False, True):
+            inner = patch[~mesh.on_boundary[patch]]
+            for _ in control.in_time(range(_SWEEPS)):
+                embed(placement, inner, mesh, surface)
+        for everywhere in control.in_time((False, True)):
             _relax_folds(placement, mesh, surface, everywhere, least, rings, control)
-        state = _folds(placement, mesh.faces, surface)
+        state = _folds(placement, mesh.faces, surface, control)
         found.append(state)
         if not state.folded.any() or state.flipped.sum() > _HOPELESS * len(mesh.faces):
             break
@@ -153,11 +159,14 @@ def _relaxed(
     return best.positions, best.flipped
 
 
-def _folds(placement: Placement, faces: IntArray, surface: Surface) -> _Folds:
-    """Find the folds that a placement has."""
+def _folds(placement: Placement, faces: IntArray, surface: Surface, control: Control) -> _Folds:
+    """Find the folds that a placement has, also past the deadline."""
     positions = placement.positions
-    normals = face_normals(positions, faces)
-    worst, agreeing = surface.tree.cosines(positions[faces].mean(axis=1), normals)
+    centres, normals = positions[faces].mean(axis=1), face_normals(positions, faces)
+    cosines = np.empty((2, len(faces)))
+    for block in _blocks(np.arange(len(faces)), replace(control, deadline=None)):
+        cosines[:, block] = surface.tree.cosines(centres[block], normals[block])
+    worst, agreeing = cosines
     return _Folds(positions.copy(), agreeing <= 0.0, worst <= 0.0)
 
 
@@ -173,7 +182,13 @@ def _relax_folds(
     """Relax the triangles of a quality below the least, by the normals at the corners or all."""
     faces = mesh.faces
     bounds = np.stack([least, np.full(len(least), 1e-9)], axis=1)
-    bad = qualities(placement, faces, np.arange(len(faces)), surface, everywhere) < bounds
+    bad = np.zeros((len(faces), 2), dtype=np.bool_)
+
+    def judge(chosen: IntArray) -> None:
+        for block in _blocks(chosen, control):
+            bad[block] = qualities(placement, faces, block, surface, everywhere) < bounds[block]
+
+    judge(np.arange(len(faces)))
     for number in control.in_time(range(len(_RINGS) * _ROUNDS)):
         folded = np.flatnonzero(bad.any(axis=1))
         if not len(folded):
@@ -181,10 +196,16 @@ def _relax_folds(
         rings, step = divmod(number, _ROUNDS)
         vertices = _vertices_round(faces, folded, len(placement.positions), _RINGS[rings])
         epsilon, turn = max(_FIRST * _FALL**step, _LAST), float(step) + 0.37 * attempt
-        moved = relax(placement, vertices, mesh, surface, everywhere, epsilon, turn)
-        changed = np.flatnonzero(np.isin(faces, vertices[moved]).any(axis=1))
-        found = qualities(placement, faces, changed, surface, everywhere)
-        bad[changed] = found < bounds[changed]
+        moved = np.zeros(len(placement.positions), dtype=np.bool_)
+        for block in _blocks(vertices, control):
+            moved[block] = relax(placement, block, mesh, surface, everywhere, epsilon, turn)
+        judge(np.flatnonzero(moved[faces].any(axis=1)))
+
+
+def _blocks(chosen: IntArray, control: Control) -> Iterator[IntArray]:
+    """Yield vertices or triangles in blocks, in order, until the deadline."""
+    starts = range(0, len(chosen), _BLOCK)
+    return control.in_time(chosen[start : start + _BLOCK] for start in starts)
 
 
 def _vertices_round(faces: IntArray, bad: IntArray, count: int, rings: int) -> IntArray:

@@ -1,18 +1,21 @@
 """Templates registered where the answer is known, and without folds where it is not."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.errors import Cancelled, OptionError
 from solver.mesh import TriangleMesh, face_normals, surface_tree, triangle_mesh
 from solver.registration import DenseCorrespondence, register
 from solver.shape import Shape
-from solver.templates import RegisteredTemplate, register_template, surface_distance
+from solver.templates import RegisteredTemplate, register_template, registered, surface_distance
+from solver.templates.folds import Placement, relax
 from synthetic import articulated
 from tests.solver import shapes
 
@@ -203,3 +206,25 @@ def test_a_hurried_registration_is_no_worse_than_the_images(
     left = iter(range(looks))
     monkeypatch.setattr(Control, "expired", property(lambda _: next(left, None) is None))
     assert register_template(mesh, mesh, dense).flipped.sum() <= given
+
+
+def test_the_clock_is_looked_at_between_blocks_that_change_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh = shapes.blob()
+    dense, moved = collapsed(mesh), []
+
+    def watched(placement: Placement, vertices: IntArray, *rest: Any) -> BoolArray:
+        moved.append(len(vertices))
+        found: BoolArray = relax(placement, vertices, *rest)
+        return found
+
+    monkeypatch.setattr(registered, "relax", watched)
+    monkeypatch.setattr(registered, "_BLOCK", mesh.n_faces)
+    at_once = register_template(mesh, mesh, dense)
+    assert max(moved) > 100
+    moved.clear()
+    monkeypatch.setattr(registered, "_BLOCK", 100)
+    in_blocks = register_template(mesh, mesh, dense)
+    assert max(moved) == 100
+    np.testing.assert_array_equal(in_blocks.positions, at_once.positions)
