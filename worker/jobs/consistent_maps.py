@@ -6,20 +6,18 @@ from dataclasses import replace
 from itertools import combinations
 from typing import Final
 
-from broker.contracts import ConsistentMapsPayload
+from broker.contracts import ConsistentMapsPayload, MatchParameters
 from broker.store import Store
-from solver import matching
 from solver.control import Control
-from solver.errors import MeshError, OptionError, SolverError
-from solver.matching import MatchOptions
+from solver.errors import SolverError
 from solver.shape import Shape
 from worker.jobs.consistent_map_results import Collection, Pair, PairwiseMap, consistent_maps_of
 from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import SHAPE_FAILURES, TimeUp, attributed_to, none_usable, reason_of
 from worker.jobs.matches import load_shape
-from worker.jobs.options import options_of
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.shape_names import shape_names
+from worker.jobs.surface_matches import TIME_UP, match_surfaces
 
 _LOADED: Final = 0.1
 _MATCHED: Final = 0.9
@@ -27,9 +25,6 @@ _MATCHED: Final = 0.9
 
 _TIME_OF_ALL: Final = 0.9
 """Share of the job's time after which no map is improved any more."""
-
-_TIME_UP: Final = "the job's time was up before it was matched; give fewer shapes"
-"""Reason of pairs that are not mapped."""
 
 
 def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> JobResult:
@@ -95,18 +90,15 @@ def _matched(
 ) -> dict[Pair, PairwiseMap | str]:
     """Match all pairs of usable shapes until the deadline."""
     pairs = list(combinations(range(len(shapes)), 2))
-    options = options_of(MatchOptions, payload.parameters)
     found: dict[Pair, PairwiseMap | str] = {}
     for place, (i, j) in enumerate(pairs):
         source, target = shapes[i], shapes[j]
         if isinstance(source, str) or isinstance(target, str):
             found[i, j] = "one of its shapes cannot be matched"
-        elif control.expired:
-            found[i, j] = _TIME_UP
         else:
             part = _part(control, place, len(pairs))
             part.report("", 0.0)
-            found[i, j] = _map_of(source, target, options, part)
+            found[i, j] = _map_of(source, target, payload.parameters, part)
     return found
 
 
@@ -120,14 +112,13 @@ def _part(control: Control, place: int, count: int) -> Control:
 
 
 def _map_of(
-    source: Shape, target: Shape, options: MatchOptions, control: Control
+    source: Shape, target: Shape, parameters: MatchParameters, control: Control
 ) -> PairwiseMap | str:
-    try:
-        found = matching.match(source, target, options, control)
-    except (MeshError, OptionError, MemoryError) as error:
-        return reason_of(error)
-    if found.dense is None or found.confidence is None:
-        return _TIME_UP if control.expired else "its surfaces could not be registered"
+    found = match_surfaces(source, target, parameters, control)
+    if isinstance(found, str):
+        return found
+    assert found.dense is not None
+    assert found.confidence is not None
     return PairwiseMap(found.dense, found.confidence)
 
 
@@ -141,6 +132,6 @@ def _failure(payload: ConsistentMapsPayload, collection: Collection, store: Stor
     ]
     if not reasons:
         return none_usable(payload.shapes, unusable, store)
-    if _TIME_UP in reasons:
-        return TimeUp(_TIME_UP)
+    if TIME_UP in reasons:
+        return TimeUp(TIME_UP)
     return SolverError(f"No pair of shapes could be matched; of the first, {reasons[0]}.")

@@ -13,11 +13,9 @@ from broker.contracts import (
     RegistrationResult,
     SpecimenReport,
 )
-from solver import matching
 from solver.arrays import FloatArray, npz_bytes
 from solver.control import Control
-from solver.errors import MeshError, OptionError
-from solver.matching import Match, MatchOptions
+from solver.matching import Match
 from solver.mesh import TriangleMesh
 from solver.templates import (
     RegisteredTemplate,
@@ -28,14 +26,14 @@ from solver.templates import (
     surface_distance,
 )
 from worker.jobs.context import JobContext, JobResult
-from worker.jobs.failures import SHAPE_FAILURES, TimeUp, UnusableShape, none_usable, reason_of
+from worker.jobs.failures import TimeUp, UnusableShape, none_usable, reason_of
 from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
-from worker.jobs.options import options_of
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.registered_files import rows_of_file
 from worker.jobs.registration_warnings import boundary_of, doubtful_specimens, unlike_sizes
 from worker.jobs.shape_names import shape_names
+from worker.jobs.surface_matches import PAIR_FAILURES, TIME_UP, match_surfaces
 from worker.pictures import source_view, target_view
 
 _LEAST_VERTICES: Final = 4
@@ -43,9 +41,6 @@ _LEAST_VERTICES: Final = 4
 
 _STATISTICS_SHARE = 0.02
 """Share of the progress for the statistics."""
-
-_TIME_UP: Final = "the job's time was up before it was registered; give fewer specimens"
-"""Reason of specimens that the template is not registered to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +84,8 @@ def register(payload: RegistrationPayload, context: JobContext) -> JobResult:
         raise UnusableShape("template", reason)
     found = _registered_to_all(payload, template, context, parts)
     registered = [one for one in found if isinstance(one, _Registered)]
-    if not registered and _TIME_UP in found:
-        raise TimeUp(_TIME_UP)
+    if not registered and TIME_UP in found:
+        raise TimeUp(TIME_UP)
     if not registered:
         reasons = [one if isinstance(one, str) else None for one in found]
         raise none_usable(payload.shapes, reasons, store)
@@ -171,18 +166,19 @@ def _registered(
     """Return the template on a specimen, or the reason why it is not there."""
     parameters, field = payload.parameters, f"shapes.{place}"
     if control.expired:
-        return _TIME_UP
+        return TIME_UP
     try:
         specimen = load_shape(field, payload.shapes[place], payload, context, control)
         source, target = template.shape(parameters), specimen.shape(parameters)
-        found = matching.match(source, target, options_of(MatchOptions, parameters), control)
-        if found.dense is None:
-            return _TIME_UP if control.expired else "its surface could not be registered"
+        found = match_surfaces(source, target, parameters, control)
+        if isinstance(found, str):
+            return found
+        assert found.dense is not None
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
         positions = registered.positions
         distance = surface_distance(positions, template.mesh, specimen.mesh, control)
         return _Registered(found, registered, distance, boundary_of(specimen.mesh))
-    except (*SHAPE_FAILURES, MeshError, OptionError) as error:
+    except PAIR_FAILURES as error:
         return reason_of(error)
 
 

@@ -104,7 +104,7 @@ def test_what_does_not_fit_is_named_first(mapped: Page) -> None:
     expect(rows.nth(3)).to_contain_text("fits")
     rows.first.get_by_role("button").press("Enter")
     expect(mapped.locator(".detail")).to_contain_text(
-        "No map: its surfaces could not be registered"
+        "No map: the surfaces could not be registered"
     )
     expect(mapped.locator(".detail")).to_be_focused()
     named(mapped)

@@ -120,7 +120,7 @@ def test_specimens_are_shown_and_the_one_that_was_not_registered_is_named(
 ) -> None:
     rows = registered.locator("tbody tr")
     expect(rows).to_have_count(4)
-    expect(rows.nth(1)).to_contain_text("not registered: its surface could not be registered")
+    expect(rows.nth(1)).to_contain_text("not registered: the surfaces could not be registered")
     expect(rows.nth(1).get_by_role("button")).to_have_count(0)
     expect(rows.nth(2)).to_contain_text("confidence")
     registered.get_by_role("button", name=f"Show {NAMES[2]}").press("Enter")
