@@ -20,7 +20,7 @@ from solver.mesh import TriangleMesh
 from solver.registration import Confidence, DenseCorrespondence
 from solver.shape import Shape
 from worker.jobs.match_results import confidence_of
-from worker.jobs.registration_warnings import boundary_of, possible_parts
+from worker.jobs.registration_warnings import boundary_of, named_warnings, possible_parts
 
 Pair = tuple[int, int]
 
@@ -33,10 +33,11 @@ _AS_WHOLES = (
 
 @dataclass(frozen=True, eq=False)
 class PairwiseMap:
-    """Map of a pair by its match alone."""
+    """Map of a pair by its match alone, with the warnings of the match that no shape has."""
 
     dense: DenseCorrespondence
     confidence: Confidence
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +231,7 @@ def _pair_report(
 def _warnings(
     payload: ConsistentMapsPayload, names: Sequence[str | None], collection: Collection
 ) -> tuple[str, ...]:
-    """Return those of the shapes, and which of them may be parts: those with the most boundary."""
+    """Return those of shapes and pairs, and which may be parts: those with the most boundary."""
     named = [name or shape for shape, name in zip(payload.shapes, names, strict=True)]
     usable = [
         (name, one.mesh)
@@ -240,7 +241,10 @@ def _warnings(
     boundaries = [boundary_of(mesh) for _, mesh in usable]
     parts = possible_parts([name for name, _ in usable], boundaries, min(boundaries))
     return (
-        *(f"{name}: {warning}" for name, mesh in usable for warning in mesh.warnings),
+        *named_warnings((name, mesh.warnings) for name, mesh in usable),
+        *named_warnings(
+            (f"{named[i]} with {named[j]}", one.warnings) for (i, j), one in collection.maps.items()
+        ),
         *([f"{_PARTS}: {parts}; {_AS_WHOLES}"] if parts else []),
     )
 

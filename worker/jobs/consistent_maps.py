@@ -16,6 +16,7 @@ from worker.jobs.context import JobContext, JobResult
 from worker.jobs.failures import SHAPE_FAILURES, TimeUp, attributed_to, none_usable, reason_of
 from worker.jobs.matches import load_shape
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
+from worker.jobs.registration_warnings import own_warnings
 from worker.jobs.shape_names import shape_names
 from worker.jobs.surface_matches import TIME_UP, match_surfaces
 
@@ -119,7 +120,8 @@ def _map_of(
         return found
     assert found.dense is not None
     assert found.confidence is not None
-    return PairwiseMap(found.dense, found.confidence)
+    warnings = own_warnings(found, source.mesh, target.mesh)
+    return PairwiseMap(found.dense, found.confidence, warnings)
 
 
 def _failure(payload: ConsistentMapsPayload, collection: Collection, store: Store) -> Exception:

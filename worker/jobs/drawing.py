@@ -56,7 +56,7 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
     packed, drawn = store.results.document(payload.job), store.jobs.get(payload.job)
     if packed is None or drawn is None:
         raise ResultGone("the result has expired")
-    store.results.set_picture(payload, _PRESENTED[drawn.kind](packed, drawn, payload, store))
+    store.results.set_picture(payload, _PRESENTED[drawn.kind](packed, drawn, payload, context))
 
 
 def _matrix(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) -> bytes:

@@ -1,9 +1,10 @@
 """Warnings of shapes that are registered as wholes, and may not belong to the others."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 from broker.contracts import LIKELY_RIGHT
+from solver.matching import Match
 from solver.mesh import TriangleMesh
 
 _LONG: Final = 1.0
@@ -14,6 +15,40 @@ part: that of one hole as large as a twelfth of the area."""
 _UNLIKE_SIZES: Final = 10.0
 """Ratio of sizes beyond which specimens are rather in different units, as millimetres and metres,
 than of different size."""
+
+_MOST: Final = 20
+"""Warnings of single shapes that a result has, and names in one of them, at most: with 256 shapes
+there may be thousands, among which the others would be lost."""
+
+
+def named_warnings(warned: Iterable[tuple[str, Iterable[str]]]) -> tuple[str, ...]:
+    """Say each of the warnings of single shapes once, with the names of those it is of.
+
+    Parameters
+    ----------
+    warned
+        Names of shapes or pairs, with their warnings.
+    """
+    names: dict[str, list[str]] = {}
+    for name, warnings in warned:
+        for warning in dict.fromkeys(warnings):
+            names.setdefault(warning, []).append(name)
+    said = [f"{_listed(of)}: {warning}" for warning, of in names.items()]
+    left = len(said) - _MOST
+    more = (f"{left} more warnings of single shapes are left out",) if left > 0 else ()
+    return (*said[:_MOST], *more)
+
+
+def _listed(names: Sequence[str]) -> str:
+    left = len(names) - _MOST
+    return ", ".join(names[:_MOST]) + (f" and {left} more" if left > 0 else "")
+
+
+def own_warnings(found: Match, source: TriangleMesh, target: TriangleMesh) -> tuple[str, ...]:
+    """Return the warnings of a match but those of its meshes."""
+    meshes = {"source": source, "target": target}
+    known = {f"{role}: {one}" for role, mesh in meshes.items() for one in mesh.warnings}
+    return tuple(one for one in found.warnings if one not in known)
 
 
 def unlike_sizes(names: Sequence[str], sizes: Sequence[float]) -> tuple[str, ...]:

@@ -31,7 +31,13 @@ from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.registered_files import rows_of_file
-from worker.jobs.registration_warnings import boundary_of, doubtful_specimens, unlike_sizes
+from worker.jobs.registration_warnings import (
+    boundary_of,
+    doubtful_specimens,
+    named_warnings,
+    own_warnings,
+    unlike_sizes,
+)
 from worker.jobs.shape_names import shape_names
 from worker.jobs.surface_matches import PAIR_FAILURES, TIME_UP, match_surfaces
 from worker.pictures import source_view, target_view
@@ -47,13 +53,15 @@ _STATISTICS_SHARE = 0.02
 class _Registered:
     """A template on one specimen, with the match that put it there.
 
-    `distance` is that from the specimen, `boundary` the length of the specimen's boundary over √area.
+    `distance` is that from the specimen, `boundary` the length of the specimen's boundary over
+    √area, and `warnings` are those of the specimen and of the match.
     """
 
     found: Match
     template: RegisteredTemplate
     distance: SurfaceDistance
     boundary: float
+    warnings: tuple[str, ...]
 
 
 def register(payload: RegistrationPayload, context: JobContext) -> JobResult:
@@ -144,6 +152,7 @@ def _result(
         view=target_view(standing, mesh.vertices, statistics.mean).rows(),
         warnings=(
             *(f"template: {warning}" for warning in mesh.warnings),
+            *named_warnings((name, one.warnings) for name, one in registered),
             *doubtful_specimens(
                 registered_names,
                 [_probability(one) for _, one in registered],
@@ -177,7 +186,8 @@ def _registered(
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
         positions = registered.positions
         distance = surface_distance(positions, template.mesh, specimen.mesh, control)
-        return _Registered(found, registered, distance, boundary_of(specimen.mesh))
+        warnings = *specimen.mesh.warnings, *own_warnings(found, template.mesh, specimen.mesh)
+        return _Registered(found, registered, distance, boundary_of(specimen.mesh), warnings)
     except PAIR_FAILURES as error:
         return reason_of(error)
 

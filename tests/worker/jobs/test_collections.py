@@ -19,7 +19,8 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS
-from tests.worker.families import family
+from tests.worker.families import family, member
+from tests.worker.figures import off
 from tests.workers import validation
 from worker.jobs.runner import Runner
 
@@ -108,3 +109,29 @@ def test_shapes_that_cannot_be_loaded_are_named(queue: JobQueue, kind: type) -> 
     assert reasons[second] is None
     assert f"shape {lost} is missing" in reasons[lost]
     assert "more memory" in reasons[greedy]
+
+
+@pytest.mark.parametrize("kind", [ConsistentMapsPayload, RegistrationPayload])
+def test_warnings_of_single_matches_are_kept_with_the_names(queue: JobQueue, kind: type) -> None:
+    vertices, faces = member(7)
+    mirrored = off(vertices * [-1.0, 1.0, 1.0], faces[:, ::-1])
+    shapes = uploaded(queue, [*family(1, first=6), mirrored])
+    parameters = MatchParameters.of_whole_surfaces(False)
+    payload: Payload = ConsistentMapsPayload(
+        shapes=shapes, names=("left", "right"), parameters=parameters
+    )
+    if kind is RegistrationPayload:
+        payload = RegistrationPayload(
+            template=shapes[0],
+            shapes=shapes[1:],
+            names=("right",),
+            scale=True,
+            parameters=parameters,
+        )
+    job = queue.submit(payload).id
+    Runner(queue, "runner").run(job)
+    packed = queue.store.results.document(job)
+    assert packed is not None, queue.store.jobs.get(job)
+    (said,) = [one for one in json.loads(gzip.decompress(packed))["warnings"] if "mirror" in one]
+    named = "right: " if kind is RegistrationPayload else "left with right: "
+    assert said.startswith(f"{named}the source fits the target only as its mirror image")

@@ -4,7 +4,12 @@ from dataclasses import replace
 
 from solver.mesh import triangle_mesh
 from tests.worker.figures import blob
-from worker.jobs.registration_warnings import doubtful_specimens, parts_as_wholes, unlike_sizes
+from worker.jobs.registration_warnings import (
+    doubtful_specimens,
+    named_warnings,
+    parts_as_wholes,
+    unlike_sizes,
+)
 
 NAMES = ["a", "b", "c"]
 
@@ -25,6 +30,19 @@ def test_parts_have_more_boundary_than_the_template() -> None:
     (said,) = doubtful_specimens(NAMES, [0.9] * 3, boundaries, 2.0)
     assert "'c'" in said
     assert "'b'" not in said
+
+
+def test_warnings_of_single_shapes_are_said_once() -> None:
+    said = named_warnings([("a", ["linked", "linked"]), ("b", []), ("c", ["mirrored", "linked"])])
+    assert said == ("a, c: linked", "c: mirrored")
+
+
+def test_warnings_of_many_shapes_are_bounded() -> None:
+    (said,) = named_warnings((f"{place}", ["linked"]) for place in range(256))
+    assert said.endswith(", 19 and 236 more: linked")
+    *_, last = found = named_warnings((f"{place}", [f"{place} links"]) for place in range(256))
+    assert len(found) == 21
+    assert last.startswith("236 more warnings")
 
 
 def test_sizes_of_different_units_are_named() -> None:
