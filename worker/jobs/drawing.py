@@ -28,6 +28,7 @@ from worker.jobs.exports import (
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
+from worker.jobs.progress import SHARE_FOR_PARTS
 from worker.jobs.registered_files import (
     draw_registration,
     export_match_registered,
@@ -51,6 +52,8 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
         The result cannot be written in this format.
     QuotaExceeded
         The tenant has as many bytes as it may have.
+    Cancelled
+        Through the reporter.
     """
     store = context.store
     packed, drawn = store.results.document(payload.job), store.jobs.get(payload.job)
@@ -59,46 +62,56 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
     store.results.set_picture(payload, _PRESENTED[drawn.kind](packed, drawn, payload, context))
 
 
-def _matrix(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+def _matrix(packed: bytes, _: JobRecord, payload: PicturePayload, context: JobContext) -> bytes:
     matrix = DissimilarityResult.model_validate_json(gzip.decompress(packed))
     present = draw_matrix if payload.format == "png" else export_matrix
-    names = matrix.names or [name or "" for name in shape_names(matrix.shapes, None, store)]
+    names = matrix.names or [name or "" for name in shape_names(matrix.shapes, None, context.store)]
     return present(matrix, names)
 
 
-def _transfer(packed: bytes, drawn: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+def _transfer(
+    packed: bytes, drawn: JobRecord, payload: PicturePayload, context: JobContext
+) -> bytes:
     result = TransferResult.model_validate_json(gzip.decompress(packed))
     if payload.format == "npz":
         assert isinstance(drawn.payload, TransferPayload)
-        return source_arrays(drawn.payload, result, store)
-    return export_transfer(result, payload.job, payload.format, store)
+        return source_arrays(drawn.payload, result, context.store)
+    return export_transfer(result, payload.job, payload.format, context.store)
 
 
-def _registration(packed: bytes, _: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+def _registration(
+    packed: bytes, _: JobRecord, payload: PicturePayload, context: JobContext
+) -> bytes:
     result = RegistrationResult.model_validate_json(gzip.decompress(packed))
     if payload.format == "png":
-        return draw_registration(result, payload.job, store)
-    return export_registered(result, payload.job, payload.specimen, payload.format, store)
+        return draw_registration(result, payload.job, context.store)
+    return export_registered(result, payload.job, payload.specimen, payload.format, context.store)
 
 
-def _match(packed: bytes, drawn: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+def _match(packed: bytes, drawn: JobRecord, payload: PicturePayload, context: JobContext) -> bytes:
     result = result_from_blob(packed)
     if payload.specimen is not None:
         assert isinstance(drawn.payload, MatchPayload)
-        return export_match_registered(result, drawn.payload, payload.format, store)
+        seconds = SHARE_FOR_PARTS * context.queue.settings.timeout(context.record.kind)
+        control = context.reporter.control().within(seconds)
+        return export_match_registered(
+            result, drawn.payload, payload.format, context.store, control
+        )
     if payload.pair is not None:
         return export_dense_map(result, payload.pair)
     if payload.format != "png":
-        return export_match(result, payload.format, store)
-    return _drawn_match(result, payload, store)
+        return export_match(result, payload.format, context.store)
+    return _drawn_match(result, payload, context.store)
 
 
-def _consistent_map(_: bytes, drawn: JobRecord, payload: PicturePayload, store: Store) -> bytes:
+def _consistent_map(
+    _: bytes, drawn: JobRecord, payload: PicturePayload, context: JobContext
+) -> bytes:
     assert payload.pair is not None
-    return export_consistent_map(drawn.id, payload.pair, store)
+    return export_consistent_map(drawn.id, payload.pair, context.store)
 
 
-_Present = Callable[[bytes, JobRecord, PicturePayload, Store], bytes]
+_Present = Callable[[bytes, JobRecord, PicturePayload, JobContext], bytes]
 
 _PRESENTED: Final[Mapping[JobKind, _Present]] = {
     JobKind.DISSIMILARITIES: _matrix,

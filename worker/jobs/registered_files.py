@@ -10,6 +10,7 @@ import numpy.typing as npt
 from broker.contracts import MatchPayload, MatchResult, RegistrationResult
 from broker.store import Store
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh
 from solver.templates import register_template
@@ -66,9 +67,11 @@ def draw_registration(result: RegistrationResult, job_id: str, store: Store) -> 
 
 
 def export_match_registered(
-    result: MatchResult, payload: MatchPayload, file_type: str, store: Store
+    result: MatchResult, payload: MatchPayload, file_type: str, store: Store, control: Control
 ) -> bytes:
     """Return the source of a match with a dense map, registered to its target, as a file.
+
+    Past the deadline of `control`, folds remain.
 
     Raises
     ------
@@ -76,6 +79,8 @@ def export_match_registered(
         The match has no map of all vertices, or its source is a prototype.
     ShapeGone
         A shape was deleted.
+    Cancelled
+        Through `control`.
     """
     dense = result.dense
     if dense is None or dense.inverse is None or result.source_kind == "prototype":
@@ -84,7 +89,7 @@ def export_match_registered(
         _matched_mesh(shape, payload, store) for shape in (payload.source, payload.target)
     )
     forwards = solver_map(dense, dense.inverse, forwards=True)
-    found = register_template(source, target, forwards)
+    found = register_template(source, target, forwards, control)
     rows, faces = rows_of_file(source, found.positions), source.vertex_ids[source.faces]
     named = result.source_name or "source"
     return write_surface(_surface(named, rows, faces, source), file_type)

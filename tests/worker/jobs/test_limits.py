@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from broker.contracts import (
     MatchParameters,
     MatchPayload,
     Payload,
+    PicturePayload,
     PrototypeValidationPayload,
     RegistrationPayload,
     SpectrumKey,
@@ -26,9 +28,12 @@ from broker.contracts import (
 from broker.queue import JobQueue, QueueSettings
 from broker.store import Store
 from solver.arrays import npz_bytes
+from solver.templates import RegisteredTemplate, register_template
 from tests.worker.families import family
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
+from worker.jobs import registered_files
+from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -243,3 +248,27 @@ def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSet
     assert store.spectra.locked(key)
     apart.cache.flushdb()
     apart.close()
+
+
+def test_the_file_of_a_registered_match_is_computed_within_its_time(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = []
+
+    def watched(*meshes: Any) -> RegisteredTemplate:
+        *_, control = meshes
+        left.append(control.seconds_left())
+        return register_template(*meshes)
+
+    monkeypatch.setattr(registered_files, "register_template", watched)
+    files = family(2, 1)
+    for data in files:
+        Runner(queue, "runner").run(validation(queue, data))
+    source, target = map(shape_id, files)
+    parameters = MatchParameters.of_whole_surfaces(False)
+    match = queue.submit(MatchPayload(source=source, target=target, parameters=parameters)).id
+    Runner(queue, "runner").run(match)
+    asked = PicturePayload(job=match, specimen=0, format="ply")
+    Runner(queue, "runner").run(queue.submit_picture(asked))
+    assert queue.store.results.picture(asked) is not None
+    assert 0.0 < left[0] < queue.settings.interactive_timeout
