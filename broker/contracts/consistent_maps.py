@@ -26,7 +26,9 @@ class CollectionShape(BaseModel):
         " null if it is in none."
     )
     cycle_error: FiniteFloat | None = Field(description="The same by the maps of the result.")
-    fits: bool = Field(description="Whether it was mapped, and its maps agree with the others.")
+    fits: bool = Field(
+        description="Whether it was mapped, and at least half of its maps agree with the others."
+    )
     reason: str | None = Field(description="Why it does not fit; null if it does.")
 
 
@@ -46,8 +48,8 @@ class CollectionPair(BaseModel):
         " composition that replaced it."
     )
     cycle_error_before: FiniteFloat | None = Field(
-        description="Cycle error of the pairwise map: median over the third shapes; null if no"
-        " third shape is mapped to both."
+        description="Cycle error of the pairwise map: median over the third shapes, of two"
+        " middle ones the lesser; null if no third shape is mapped to both."
     )
     cycle_error: FiniteFloat | None = Field(description="The same by the maps of the result.")
     through: tuple[str, ...] = Field(

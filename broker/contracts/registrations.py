@@ -28,8 +28,8 @@ class SpecimenReport(BaseModel):
         description="Confidence of the match of the template with the specimen."
     )
     mean_distance: FiniteFloat | None = Field(
-        description="Mean distance between the registered template and the specimen, over the square"
-        " root of the specimen's area: the greater of the means over the centres of the template's"
+        description="Mean distance between the registered template and the specimen, over the"
+        " square root of the specimen's area: the greater of the means over the centres of the template's"
         " triangles, from the specimen, and over the specimen's vertices, from the template."
     )
     max_distance: FiniteFloat | None = Field(

@@ -41,7 +41,7 @@ SAMPLES: Final = 200
 """Samples of each shape that cycle errors are the means of."""
 
 DOUBTFUL: Final = RIGHT_ERROR
-"""Cycle error over √area above which pairs and shapes do not fit: that of a wrong map."""
+"""Cycle error over √area above which maps are at odds with others: that of a wrong map."""
 
 _LEAST_PROBABILITY: Final = 1e-9
 """Least probability whose logarithm is taken."""
@@ -100,9 +100,17 @@ class Consistency:
         )
 
     def doubtful_shapes(self) -> tuple[int, ...]:
-        """Return the shapes most of whose maps are at odds with the others."""
-        places = range(self.maps.count)
-        return tuple(place for place in places if _above(self.after.of_shape(place)))
+        """Return the shapes more than half of whose maps are at odds with the others.
+
+        Of three shapes it is all or none: which of three maps is wrong, cycles do not tell.
+        """
+        errors = {pair: self.after.of_pair(pair) for pair in self.maps.pairs()}
+        found = []
+        for place in range(self.maps.count):
+            own = [one for pair, one in errors.items() if place in pair and one is not None]
+            if 2 * sum(map(_above, own)) > len(own):
+                found.append(place)
+        return tuple(found)
 
 
 def improve(

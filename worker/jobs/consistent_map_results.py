@@ -155,7 +155,9 @@ def _shape_reports(
         if own is None:
             reason = given if isinstance(given, str) else "none of its pairs could be matched"
         elif own in doubtful:
-            reason = f"its maps disagree with the others: its cycle error is above {DOUBTFUL}"
+            reason = (
+                f"most of its maps disagree with others: their cycle errors are above {DOUBTFUL}"
+            )
         reports.append(
             CollectionShape(
                 shape=shape,
