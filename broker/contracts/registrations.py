@@ -29,8 +29,9 @@ class SpecimenReport(BaseModel):
     )
     mean_distance: FiniteFloat | None = Field(
         description="Mean distance between the registered template and the specimen, over the"
-        " square root of the specimen's area: the greater of the means over the centres of the template's"
-        " triangles, from the specimen, and over the specimen's vertices, from the template."
+        " square root of the specimen's area: the greater of the means over the centres of the"
+        " template's triangles, from the specimen, and over the specimen's vertices, from the"
+        " template."
     )
     max_distance: FiniteFloat | None = Field(
         description="Greatest of these distances: large where the template leaves a part of the"
@@ -71,7 +72,7 @@ class RegistrationResult(ResultDocument):
     )
     components: tuple[PrincipalComponent, ...] = Field(
         description="Principal components, by falling variance: one fewer than registered"
-        " specimens."
+        " specimens, but for directions in which these differ only by rounding errors."
     )
     view: ViewAxes = Field(
         default=UPRIGHT,

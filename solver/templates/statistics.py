@@ -13,6 +13,9 @@ _TOLERANCE = 1e-10
 
 _MOST_ROUNDS = 100
 
+_ROUNDING = 10.0 * _TOLERANCE
+"""Standard deviation, relative to the centroid size, up to which a component is rounding noise."""
+
 
 @dataclass(frozen=True, eq=False)
 class ProcrustesAlignment:
@@ -42,12 +45,13 @@ class ShapeStatistics:
     alignment
         The aligned specimens.
     components
-        (C, V, 3) orthonormal directions of greatest variance, by falling variance.
+        (C, V, 3) orthonormal directions of greatest variance, by falling variance: all in which
+        specimens differ by more than rounding errors, N − 1 at most.
     variances
         (C,) variances of the scores, with N − 1 in the denominator.
     scores
-        (N, C) coordinates of the specimens: for C = N − 1, a position is the mean plus the sum of
-        scores times components.
+        (N, C) coordinates of the specimens: a position is the mean plus the sum of scores times
+        components.
     """
 
     alignment: ProcrustesAlignment
@@ -68,9 +72,8 @@ class ShapeStatistics:
 
     @property
     def explained(self) -> FloatArray:
-        """(C,) share of each component in the total variance; 0 where there is none."""
-        total = self.total_variance
-        return self.variances / total if total > 0.0 else np.zeros_like(self.variances)
+        """(C,) share of each component in the total variance."""
+        return self.variances / self.total_variance
 
 
 def generalised_procrustes(positions: FloatArray, scale: bool = False) -> ProcrustesAlignment:
@@ -119,7 +122,8 @@ def shape_statistics(positions: FloatArray, scale: bool = False) -> ShapeStatist
     Parameters
     ----------
     positions
-        (N, V, 3) of specimens with common vertices, N ≥ 1. One specimen has no components.
+        (N, V, 3) of specimens with common vertices, N ≥ 1. One specimen, or several of the same
+        shape, have no components.
     scale
         As for :func:`generalised_procrustes`.
 
@@ -132,7 +136,8 @@ def shape_statistics(positions: FloatArray, scale: bool = False) -> ShapeStatist
     count, vertices, _ = positions.shape
     deviations = (alignment.positions - alignment.mean).reshape(count, -1)
     left, values, right = np.linalg.svd(deviations, full_matrices=False)
-    kept = min(count - 1, deviations.shape[1])
+    variances = values[: count - 1] ** 2 / max(count - 1, 1)
+    kept = int((variances > _noise(positions, alignment.sizes) ** 2).sum())
     components, scores = right[:kept], (left * values)[:, :kept]
     # Of the two signs of a component, the one with a positive greatest entry.
     greatest = np.abs(components).argmax(axis=1) if kept else np.empty(0, dtype=np.int64)
@@ -140,9 +145,15 @@ def shape_statistics(positions: FloatArray, scale: bool = False) -> ShapeStatist
     return ShapeStatistics(
         alignment,
         (signs[:, None] * components).reshape(kept, vertices, 3),
-        values[:kept] ** 2 / max(count - 1, 1),
+        variances[:kept],
         signs * scores,
     )
+
+
+def _noise(positions: FloatArray, sizes: FloatArray) -> float:
+    """Root of the sum of squared rounding errors of a specimen, also of one far from the origin."""
+    coordinates = np.sqrt(positions[0].size) * np.spacing(np.abs(positions).max())
+    return float(max(_ROUNDING * sizes.max(), coordinates))
 
 
 def _rotated(points: FloatArray, onto: FloatArray) -> FloatArray:
