@@ -94,8 +94,9 @@ def dissimilarities(
     all samplings, proven by exhaustive search. It is symmetric, zero for equal shapes, and
     invariant to rigid motions and scale. With the objective "l2" it is the energy (5) divided by N:
     the mean squared distortion of distances relative to their mean square, and the weighted mean
-    deviation of descriptors. With "linf" it is dis∞ of section 2, in the metric's own unit; half of
-    it bounds the Gromov-Hausdorff distance of the samples from above.
+    deviation of descriptors relative to that over the collection. With "linf" it is dis∞ of section
+    2, in the metric's own unit; half of it bounds the Gromov-Hausdorff distance of the samples from
+    above.
 
     Parameters
     ----------

@@ -6,6 +6,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
+from solver.shape.descriptors import descriptor_deviation
 from solver.similarity.qap.bound import lower_bound
 from solver.similarity.qap.problem import Search, load_problem, new_search
 from solver.similarity.qap.search import solve
@@ -59,20 +60,23 @@ def least_distortions(
         and without descriptors. Otherwise the cost is the energy (5) for each point, with the
         weights of a match: the mean squared distortion of the distances, divided by the mean of
         the squared distances of both shapes, and the weight times the mean deviation of the
-        descriptors, divided by their root mean square deviation on both shapes.
+        descriptors, divided by their root mean square deviation on all K shapes: on two shapes that
+        are both constant but for their meshes, it would be that of the meshes.
 
     Returns
     -------
     QapSolutions
     """
-    n, count = distances.shape[2], len(pairs)
+    shapes, samplings, n, m = descriptors.shape
+    count = len(pairs)
     found = QapSolutions(
         np.zeros(count),
         np.zeros(count, dtype=np.int64),
         np.zeros((count, n), dtype=np.int64),
         np.zeros(count, dtype=np.int64),
     )
-    weight = 0.0 if minimax else float(first_order_weight)
+    unit = descriptor_deviation(descriptors.reshape(shapes * samplings * n, m))
+    weight = 0.0 if minimax or unit == 0.0 else float(first_order_weight) / unit
     _compare(
         new_search(n),
         np.ascontiguousarray(distances),

@@ -7,7 +7,6 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.shape.descriptors import descriptor_deviation
 
 
 class Search(NamedTuple):
@@ -68,7 +67,10 @@ def load_problem(
     first_order_weight: float,
     minimax: bool,
 ) -> float:
-    """Write a problem without decisions; return the weight of a squared distortion."""
+    """Write a problem without decisions; return the weight of a squared distortion.
+
+    The first-order weight is that of descriptors in their own unit.
+    """
     n, m = len(source), first.shape[1]
     total = 0.0
     for x in range(n):
@@ -81,11 +83,8 @@ def load_problem(
     _sort(s.source, s.source_order)
     _sort(s.target, s.target_order)
     s.decided[0] = 0.0
-    deviation = 0.0
-    if first_order_weight > 0.0 and m > 0:
-        deviation = descriptor_deviation(np.concatenate((first, second)))
-    if deviation > 0.0:
-        scale = first_order_weight / (n * deviation)
+    if first_order_weight > 0.0:
+        scale = first_order_weight / n
         for x in range(n):
             for y in range(n):
                 square = 0.0

@@ -23,7 +23,7 @@ from solver.similarity import (
     signature,
 )
 from solver.similarity.qap import MAX_POINTS
-from tests.solver.shapes import blob, cube, moved, permuted, plane_grid, torus, tube
+from tests.solver.shapes import blob, cube, icosphere, moved, permuted, plane_grid, torus, tube
 
 OPTIONS = [
     SimilarityOptions(),
@@ -95,6 +95,14 @@ def test_the_greatest_distortion_is_that_of_minimax_correspondences() -> None:
     np.testing.assert_array_equal(found.samplings, np.argmin(least))
 
 
+def test_a_sphere_that_is_meshed_anew_is_alike_by_its_descriptors() -> None:
+    """Descriptors of spheres are constant, but for their meshes."""
+    options = SimilarityOptions(first_order_weight=1.0)
+    found = values([icosphere(3), icosphere(4), torus(16, 8), cube(4)], options)
+    assert found[0, 1] < 0.1
+    assert found[0, 2:].min() > 3.0 * found[0, 1]
+
+
 def test_the_bijection_has_the_distortion_that_is_said() -> None:
     options = SimilarityOptions(first_order_weight=0.2)
     first, second = (full.first(6) for full in signatures([blob(2), cube(5)], options))
@@ -104,7 +112,7 @@ def test_the_bijection_has_the_distortion_that_is_said() -> None:
     a, b = first.distances[kind], second.distances[kind][np.ix_(partners, partners)]
     relative = ((a - b) ** 2).sum() / (0.5 * ((a**2).sum() + (b**2).sum()))
     f, g = first.descriptors[kind], second.descriptors[kind]
-    every = np.concatenate([f, g])
+    every = both.descriptors.reshape(-1, both.descriptors.shape[-1])
     unit = np.sqrt(((every - every.mean(axis=0)) ** 2).sum(axis=1).mean())
     described = np.linalg.norm(f - g[partners], axis=1).mean() / unit
     assert found.costs[0] == pytest.approx(relative + 0.2 * described, rel=1e-9)

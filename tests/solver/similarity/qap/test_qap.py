@@ -32,12 +32,17 @@ def _problem(seed: int, n: int, kinds: int = 1) -> tuple[FloatArray, FloatArray]
     return distances, descriptors
 
 
-def _costs(distances: FloatArray, descriptors: FloatArray, weight: float) -> FloatArray:
+def _deviation(descriptors: FloatArray) -> float:
+    flat = descriptors.reshape(-1, descriptors.shape[-1])
+    return float(np.sqrt(((flat - flat.mean(axis=0)) ** 2).sum(axis=1).mean()))
+
+
+def _costs(
+    distances: FloatArray, descriptors: FloatArray, weight: float, unit: float
+) -> FloatArray:
     """Both costs of all bijections of the two shapes, in the order of :func:`permutations`."""
     n = len(distances[0])
     scale = np.sqrt((distances**2).sum() / (2 * n * (n - 1)))
-    both = descriptors.reshape(2 * n, -1)
-    unit = np.sqrt(((both - both.mean(axis=0)) ** 2).sum(axis=1).mean())
     rows = []
     for order in permutations(range(n)):
         y = list(order)
@@ -61,7 +66,7 @@ def _solve(
 def test_it_is_the_best_of_all_bijections(n: int, weight: float) -> None:
     for seed in range(12):
         distances, descriptors = _problem(seed, n)
-        costs = _costs(distances[:, 0], descriptors[:, 0], weight)
+        costs = _costs(distances[:, 0], descriptors[:, 0], weight, _deviation(descriptors))
         for minimax in (False, True):
             cost, partners = _solve(distances, descriptors, weight, minimax)
             every = costs[:, int(minimax)]
@@ -105,10 +110,12 @@ def test_it_agrees_with_the_solvers_of_a_match(n: int) -> None:
 def test_the_best_sampling_counts(minimax: bool) -> None:
     for seed in range(20):
         distances, descriptors = _problem(seed, 6, kinds=3)
-        alone = [
-            _solve(distances[:, kind : kind + 1], descriptors[:, kind : kind + 1], 0.1, minimax)[0]
-            for kind in range(3)
-        ]
+        alone = []
+        for kind in range(3):
+            described = descriptors[:, kind : kind + 1]
+            # Descriptors of all samplings have one unit.
+            weight = 0.1 * _deviation(described) / _deviation(descriptors)
+            alone.append(_solve(distances[:, kind : kind + 1], described, weight, minimax)[0])
         found = least_distortions(distances, descriptors, _PAIR, 0.1, minimax)
         assert found.costs[0] == pytest.approx(min(alone), rel=1e-12)
         assert alone[found.samplings[0]] == pytest.approx(min(alone), rel=1e-12)
