@@ -12,6 +12,7 @@ from solver.matching.result import Match
 from solver.matching.sampling import common_size
 from solver.matching.strays import largest_components, without_strays
 from solver.matching.whole import match_whole
+from solver.matching.winding import wound_alike
 from solver.shape import Shape
 
 _PROGRESS = (0.0, 0.7), (0.7, 1.0)
@@ -64,6 +65,8 @@ def match(
     common_size(source, target)
     control = (control or Control()).timed().within(options.time_limit)
     with control.stage("total"):
+        if options.registered:
+            source, target = wound_alike(source, target, control)
         if options.partial in PARTS:
             found = _match_given_part(source, target, options, control)
         elif options.may_be_partial:

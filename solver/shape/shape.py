@@ -128,16 +128,19 @@ class Shape:
         self._fields: dict[DescriptorChoice, FloatArray] = {}
         self._samplings: dict[tuple[MetricChoice, tuple[int, ...]], FarthestPointSampling] = {}
 
-    def with_mesh(self, mesh: TriangleMesh) -> "Shape":
+    def with_mesh(self, mesh: TriangleMesh, spectrum: Spectrum | None = None) -> "Shape":
         """Return a shape of another mesh, with the options of this one.
 
         Parameters
         ----------
         mesh
             In the user's units.
+        spectrum
+            That of this mesh, if it is known.
         """
         return Shape(
             mesh,
+            spectrum,
             normalise=self.normalise,
             eigenpairs=self.eigenpairs,
             geodesic_method=self.geodesic_method,
