@@ -63,7 +63,8 @@ class RegisteredTemplate:
         target's triangle nearest to their centre; where several are as near, as on an edge, with
         those of all. Triangles without an area count as flipped.
     reflected
-        Whether the template is reflected in space.
+        Whether the template is reflected in space. That its winding is opposite does not say so:
+        that of an open surface is as in its file.
     """
 
     positions: FloatArray
@@ -122,8 +123,14 @@ def register_template(
     return RegisteredTemplate(
         positions * size + _centre(target),
         flipped,
-        inverted,
+        inverted and _is_reflection(template.vertices, positions),
     )
+
+
+def _is_reflection(template: FloatArray, positions: FloatArray) -> bool:
+    """Return whether the orthogonal map that fits best reflects (Kabsch, 1976)."""
+    before, after = (one - one.mean(axis=0) for one in (template, positions))
+    return bool(np.linalg.det(before.T @ after) < 0.0)
 
 
 def _relaxed(

@@ -72,6 +72,17 @@ def test_a_copy_is_registered_exactly(change: str) -> None:
     assert found.reflected == (change == "reflected")
 
 
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_opposite_winding_of_an_open_surface_is_no_reflection(mirrored: bool) -> None:
+    sheet = shapes.spherical_cap(0.8, rings=8)
+    turn = Rotation.from_rotvec([1.0, -2.0, 0.4]).as_matrix()
+    vertices = sheet.vertices * [-1.0 if mirrored else 1.0, 1.0, 1.0] @ turn
+    other = triangle_mesh(vertices, sheet.faces[:, ::-1])
+    found = register_template(sheet, other, at_vertices(other, np.arange(len(vertices))))
+    assert found.reflected is mirrored
+    np.testing.assert_allclose(found.positions, vertices, atol=1e-12)
+
+
 def test_folds_are_relaxed_on_the_surface() -> None:
     """A tenth of the vertices is put where a neighbour is, so that all triangles there fold."""
     mesh = shapes.blob()
