@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial.distance import cdist
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, largest_component, triangle_mesh
 from solver.mesh.edges import components_of
@@ -42,26 +42,32 @@ def cut_in_two(mesh: TriangleMesh, gap: float) -> tuple[TriangleMesh, IntArray]:
 
 
 @st.composite
-def scattered(draw: st.DrawFn) -> tuple[FloatArray, IntArray]:
-    """Some points in general position, and components that none of them is without."""
+def scattered(draw: st.DrawFn) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Points in general position, their components, none of which is empty, and those on rims."""
     count = draw(st.integers(1, 40))
     several = draw(st.integers(1, count))
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     component = np.concatenate([np.arange(several), random.integers(several, size=count - several)])
-    return random.standard_normal((count, 3)), random.permutation(component).astype(np.int64)
+    rim = random.random(count) < draw(st.sampled_from([0.0, 0.3, 1.0]))
+    return random.standard_normal((count, 3)), random.permutation(component).astype(np.int64), rim
 
 
 @given(scattered())
 def test_links_have_the_least_total_length_that_connects(
-    points: tuple[FloatArray, IntArray],
+    points: tuple[FloatArray, IntArray, BoolArray],
 ) -> None:
-    """A minimum spanning tree of the components, by Kruskal's algorithm on all gaps."""
-    vertices, component = points
-    links = component_links(vertices, component, 0.0)
+    """A minimum spanning tree of the components, of which two with rims are as far apart as these.
+
+    By Kruskal's algorithm on all gaps.
+    """
+    vertices, component, rim = points
+    links = component_links(vertices, component, 0.0, rim)
     count = int(component.max()) + 1
     assert components_of(component[links], count).max() == 0
     gaps = np.full((count, count), np.inf)
     between = cdist(vertices, vertices)
+    is_cut = np.isin(component, component[rim])
+    between[np.outer(is_cut, is_cut) & ~np.outer(rim, rim)] = np.inf
     np.minimum.at(gaps, (component[:, None], component[None]), between)
     np.fill_diagonal(gaps, 0.0)
     tree = minimum_spanning_tree(gaps)
@@ -89,6 +95,20 @@ def test_a_cut_is_linked_along_the_whole_of_its_rim() -> None:
     apart = was[cut.links]
     np.testing.assert_array_equal(apart[:, 0], apart[:, 1])
     assert len(cut.links) == cut.n_vertices - shapes.blob().n_vertices
+
+
+def test_what_is_cut_is_linked_from_rim_to_rim_even_if_it_touches_elsewhere() -> None:
+    cap = shapes.spherical_cap(0.5, rings=12)
+    bowl = cap.vertices - cap.vertices[cap.vertices[:, 2].argmax()]
+    # Two bowls that stand on one another: what is nearest is in the middle of each.
+    facing = bowl * np.array([1.0, 1.0, -1.0]) + np.array([0.0, 0.0, 0.01])
+    both = triangle_mesh(
+        np.concatenate([bowl, facing]),
+        np.concatenate([cap.faces, cap.faces[:, ::-1] + cap.n_vertices]),
+    )
+    here, there = both.links.T
+    np.testing.assert_array_equal(here, np.flatnonzero(cap.on_boundary))
+    np.testing.assert_array_equal(there, here + cap.n_vertices)
 
 
 def test_links_have_no_area() -> None:
