@@ -208,9 +208,7 @@ class TriangleMesh:
         """
         if self.components == 1:
             return np.zeros((0, 2), dtype=np.int64)
-        return component_links(
-            self.vertices, self.component_of_vertex, self.mean_edge, self.on_cut
-        )
+        return component_links(self.vertices, self.component_of_vertex, self.mean_edge, self.on_cut)
 
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
