@@ -12,11 +12,10 @@ import numpy as np
 
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
-from solver.errors import MeshError
 from solver.matching.landmarks import landmark_vertices
 from solver.mesh import TriangleMesh, component_areas, of_components
 from solver.mesh.repair import counted
-from solver.registration import STAGE, first_registration
+from solver.registration import STAGE, first_score
 from solver.registration.reduction import reduction
 from solver.shape import Shape
 
@@ -211,7 +210,7 @@ class _Reduced:
         source, target = kept
         key = source.tobytes(), target.tobytes()
         if key not in self._scores:
-            self._scores[key] = _score(self._of(0, source), self._of(1, target), control)
+            self._scores[key] = first_score(self._of(0, source), self._of(1, target), control)
         return self._scores[key]
 
     def _of(self, number: int, kept: BoolArray) -> Shape:
@@ -219,14 +218,6 @@ class _Reduced:
         if key not in self._known:
             self._known[key] = _reduced(self.shapes[number], kept)
         return self._known[key]
-
-
-def _score(source: Shape, target: Shape, control: Control) -> tuple[float, bool]:
-    try:
-        found = first_registration(source, target, control)
-    except MeshError:
-        found = None
-    return (np.inf, False) if found is None else (found.score, found.confidence.is_sure)
 
 
 def _reduced(shape: Shape, kept: BoolArray) -> Shape:

@@ -10,8 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.control import Control
-from solver.errors import MeshError
-from solver.registration import STAGE, first_registration
+from solver.registration import STAGE, first_score
 from solver.registration.reduction import FEW_VERTICES, Reduction
 from solver.shape import Shape
 
@@ -48,18 +47,11 @@ def wound_alike(source: Shape, target: Shape, control: Control) -> tuple[Shape, 
         return source, target
     with control.stage(STAGE):
         here, there = (Reduction.of(one, FEW_VERTICES).shape for one in (source, target))
-        reverse = _score(_reversed(here), there, control)
-        if reverse > _score(here, there, control) - _MARGIN:
-            return source, target
-    return (_reversed(source), target) if ours > theirs else (source, _reversed(target))
-
-
-def _score(source: Shape, target: Shape, control: Control) -> float:
-    try:
-        found = first_registration(source, target, control)
-    except MeshError:
-        found = None
-    return 0.0 if found is None else found.score
+        given, _ = first_score(here, there, control)
+        other, _ = first_score(_reversed(here), there, control)
+    if other < given - _MARGIN:
+        return (_reversed(source), target) if ours > theirs else (source, _reversed(target))
+    return source, target
 
 
 def _reversed(shape: Shape) -> Shape:

@@ -6,7 +6,7 @@
 from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.confidence import RIGHT_ERROR, Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence
-from solver.registration.pairwise import first_registration, register, register_map
+from solver.registration.pairwise import first_registration, first_score, register, register_map
 from solver.registration.registration import Registration
 from solver.registration.search import STAGE
 from solver.registration.surface import EIGENPAIRS, smooth_surface
@@ -21,6 +21,7 @@ __all__ = [
     "Points",
     "Registration",
     "first_registration",
+    "first_score",
     "register",
     "register_map",
     "smooth_surface",

@@ -1,5 +1,6 @@
 """Registration of a pair of shapes: directly, reflected, opened, or from a given map."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -143,6 +144,30 @@ def first_registration(source: Shape, target: Shape, control: Control) -> Regist
         return None
     found = first_found(task, (), control)
     return Registration.of(source, target, found.candidates[0], found.confidence)
+
+
+def first_score(source: Shape, target: Shape, control: Control) -> tuple[float, bool]:
+    """Return the score of a first registration, and whether its answer is sure.
+
+    Parameters
+    ----------
+    source, target, control
+        As for :func:`register`.
+
+    Returns
+    -------
+    Infinity and false for surfaces that cannot be registered.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    try:
+        found = first_registration(source, target, control)
+    except MeshError:
+        found = None
+    return (math.inf, False) if found is None else (found.score, found.confidence.is_sure)
 
 
 def register_map(
